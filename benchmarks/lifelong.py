@@ -23,7 +23,7 @@ from swarm.messages import PoolTargets
 from swarm.scenario.benchmark import from_benchmark
 from swarm.scenario.load import Scenario
 from swarm.scenario.prepare import settled
-from swarm.traffic.lattice.breadth_first import FAR
+from swarm.traffic.lattice.distances import FAR
 from swarm.traffic.lattice.placement import cells_of
 from world.simulate import Simulation
 

@@ -36,8 +36,8 @@ from swarm.scenario.benchmark import from_benchmark
 from swarm.scenario.load import Scenario, load
 from swarm.scenario.prepare import settled
 from swarm.traffic.joint import problem as question
-from swarm.traffic.lattice.breadth_first import FAR
 from swarm.traffic.lattice.cell_map import CellMap
+from swarm.traffic.lattice.distances import FAR
 from swarm.traffic.lattice.placement import cells_of
 from swarm.traffic.mapf.planner import JointSearch, Result
 from world.faults import Faults

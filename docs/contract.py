@@ -5,7 +5,7 @@ import re
 from typing import Final
 
 from docs.markdown import rows, said
-from swarm.traffic.joint.protocol import TRANSITIONS
+from swarm.traffic.joint.protocol import ANY_CALL, CALLS, PLANS, Types
 from swarm.traffic.reservations.rules import ASK, GRANT, TAKE, Rule
 from swarm.traffic.settings import TrafficConstants
 
@@ -32,9 +32,16 @@ def rules() -> str:
 
 
 def transitions() -> str:
-    """Return the table of a robot's part in the calls for joint plans."""
-    body = [(f"`{one.of.__name__}`", said(one.happens).rstrip("."), f"`{one.to.__name__}`") for one in TRANSITIONS]
+    """Return the two tables of a robot's part in joint plans, as one."""
+    body = [(_names(one.of), said(one.happens).rstrip("."), _names(one.to)) for one in (*CALLS, *PLANS)]
     return rows(("in", "what happens", "then"), *body)
+
+
+def _names(states: Types) -> str:
+    if states == ANY_CALL:
+        return "any state"
+    every = states if isinstance(states, tuple) else (states,)
+    return ", ".join("no plan" if one is type(None) else f"`{one.__name__}`" for one in every)
 
 
 def constants() -> str:

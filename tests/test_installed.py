@@ -116,7 +116,7 @@ def test_what_needs_rerun_names_the_extra(tmp_path: Path, arguments: list[str], 
 
 
 def test_the_first_start_says_once_that_it_compiles(tmp_path: Path) -> None:
-    code = "from swarm import compiled; compiled.announce(); compiled.load(['swarm.motion.drive'])"
+    code = "from swarm import compiled; compiled.announce()"
     for expected in ("compiling the kernels of planning, steering and traffic", ""):
         done = subprocess.run(
             [sys.executable, "-c", code],

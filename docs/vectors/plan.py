@@ -11,8 +11,8 @@ from docs.vectors.writing import Json
 from swarm.bus.codec import encode
 from swarm.messages import Broadcast
 from swarm.messages.traffic import Collect, Entry, Epoch, JointPlan, Record, Relayed
-from swarm.traffic.joint.following import Following
 from swarm.traffic.joint.protocol import JointPlanning
+from swarm.traffic.joint.states import Following
 from swarm.traffic.mapf.precedence import order_of
 from swarm.traffic.peers.records import PeerRecords
 from swarm.traffic.reservations.route import RouteProgress
@@ -215,7 +215,7 @@ def told(events: Sequence[tuple[str, int, Broadcast | bytes | None]]) -> list[Js
     for about, tick, broadcast in events:
         traffic, message = heard(broadcast) if broadcast is not None else (None, None)
         assert not peers.hear(tick, CELLS, [traffic] if traffic is not None else [])
-        joint.step(situation(tick, 22, peers.others))
+        joint.take(situation(tick, 22, peers.others))
         refusal = joint.refused(tick)
         answer = {"frozen": joint.frozen, "epoch": joint.epoch, "refusal": refusal}
         found.append(

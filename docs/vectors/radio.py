@@ -17,7 +17,7 @@ from swarm.robot.host.radio import around, zone
 from swarm.robot.sectors import sectors
 from swarm.settings import SensorSettings
 from swarm.traffic.lattice.placement import traffic_settings
-from swarm.traffic.own_record import RecordWriter
+from swarm.traffic.outputs import RecordWriter
 from world.bodies.rays import cast
 
 

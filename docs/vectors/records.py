@@ -13,13 +13,12 @@ from swarm.geometry import Pose
 from swarm.messages import RADIO, Activity, Broadcast
 from swarm.messages.traffic import Claim, Record, Relayed, Sighting, TrafficBroadcast
 from swarm.traffic.lattice.placement import traffic_settings
-from swarm.traffic.own_record import RecordWriter
+from swarm.traffic.outputs import RecordWriter
 from swarm.traffic.peers.records import PeerRecords
 from swarm.traffic.peers.sightings import Sightings
 from swarm.traffic.peers.situation import Situation
 from swarm.traffic.reservations.claims import Claiming
-from swarm.traffic.reservations.presence import Footprint
-from swarm.traffic.reservations.route import ALONE, RouteProgress
+from swarm.traffic.reservations.route import ALONE, Footprint, RouteProgress
 from swarm.traffic.reservations.rules import Reservations
 
 NOW: Final = 1000  # tick
@@ -54,7 +53,7 @@ def heard(broadcast: Broadcast | bytes) -> tuple[TrafficBroadcast, Json]:
 def situation(tick: int, head: int, others: Mapping[str, Record], **known: Any) -> Situation:  # noqa: ANN401
     """Return what a robot knows whose head is a cell."""
     fresh = {robot: one for robot, one in others.items() if one.stamp >= tick - SETTINGS.fresh}
-    plain = Situation(tick, CELLS, head, -1, False, 0, frozenset(), frozenset(), others, fresh)
+    plain = Situation(tick, CELLS, head, -1, others, fresh)
     return plain._replace(**known)
 
 

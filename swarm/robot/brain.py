@@ -17,7 +17,7 @@ from swarm.robot.navigator import Navigator
 from swarm.robot.tuning import REPLAN
 from swarm.scenario.load import Scenario
 from swarm.traffic.lattice.placement import cells_of, learned_cells, traffic_settings
-from swarm.traffic.progress_checker import PlaceChecker
+from swarm.traffic.progress_checker import ProgressChecker, farther_than
 from swarm.traffic.step import Traffic
 
 
@@ -70,7 +70,8 @@ class Robot:
         self._others: dict[str, Broadcast] = {}
         self._activity = Activity.READY
         self._planned_at = float("-inf")
-        self._progress = PlaceChecker(settings.robot.radius, self._start[:2])
+        self._progress = ProgressChecker(farther_than(settings.robot.radius))
+        self._progress.restart(self._start[:2], 0.0)
         self._forgot_for = -1  # the stop for which it last cleared its map
         self._finished = 0  # stops of earlier assignments that it had finished
         self._opened = False  # the map has changed: a way may lead to a stop that was given up

@@ -11,7 +11,6 @@ from swarm.geometry import Pose
 from swarm.maps.occupancy import Point
 from swarm.messages.traffic import TrafficBroadcast
 from swarm.traffic.obstacles.scan import Scan
-from swarm.traffic.obstacles.tracker import MovingObstacle
 from swarm.traffic.peers.records import TrafficNote
 from swarm.traffic.peers.uncooperative import Spoken
 
@@ -30,6 +29,15 @@ class TrafficActivity(StrEnum):
     LOOKING = "looking"  # checking whether the cell of a silent robot is empty
     CUT_OFF = "cut_off"  # no way leads to the goal, or a body stands in its cell
     ARRIVED = "arrived"  # in the goal's cell, or there is no goal
+
+
+class MovingObstacle(NamedTuple):
+    """An obstacle that moves by itself, at one moment."""
+
+    x: float  # m, its centre
+    y: float
+    vx: float  # m/s
+    vy: float
 
 
 class TrafficInputs(NamedTuple):

@@ -1,18 +1,106 @@
-"""Where a robot may drive after one step, and how: its waypoints and its activity."""
+"""What follows from the decisions of one step: the record that the robot tells, and where it may drive, and how."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
+from math import hypot
+from typing import Final, NamedTuple
 
+from swarm.geometry import Pose
 from swarm.maps.occupancy import Point
-from swarm.messages.traffic import TrafficBroadcast
-from swarm.traffic.interface import TrafficActivity, TrafficOutputs
-from swarm.traffic.lattice.breadth_first import FAR
+from swarm.messages.traffic import Moving, Record, Sighting, TrafficBroadcast
+from swarm.traffic.interface import MovingObstacle, TrafficActivity, TrafficInputs, TrafficOutputs
+from swarm.traffic.joint.protocol import JointPlanning
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
-from swarm.traffic.peers.records import PeerRecords
+from swarm.traffic.lattice.distances import FAR
+from swarm.traffic.obstacles.detector import ProtectiveStop
+from swarm.traffic.own_route import Goal
+from swarm.traffic.peers.records import PeerRecords, TrafficNote
 from swarm.traffic.peers.sightings import keeps
-from swarm.traffic.reservations.presence import VIEW
-from swarm.traffic.reservations.side_cells import way_back
-from swarm.traffic.result import StepResult
+from swarm.traffic.peers.situation import Situation
+from swarm.traffic.reservations.claims import way_back
+from swarm.traffic.reservations.route import VIEW, Footprint, RouteProgress
+from swarm.traffic.reservations.rules import Acks, Reservations, acknowledged
 from swarm.traffic.settings import TrafficConstants
+
+SLACK: Final = 2.0  # m; the place of a robot whose newest record was not heard, for as long as it counts as fresh
+
+
+class StepResult(NamedTuple):
+    """The decisions of one step. What it tells and where it may drive follow from them."""
+
+    inputs: TrafficInputs
+    body: Footprint
+    situation: Situation
+    progress: RouteProgress
+    goal: Goal
+    joint: JointPlanning
+    waits: tuple[str, ...]  # the robots that it waits for
+    listens: bool  # it has just started or woken, and claims nothing yet
+    halt: ProtectiveStop  # before an unexpected obstacle
+    face: Point | None  # m, the point to turn to first
+    leans_to: int | None  # the cell that it looks into from the edge of its own cell
+    free_drive: tuple[int, ...]  # cells beside those held that it may drive in while no robot is near
+    moved: int  # tick of its last progress
+    room: tuple[int, ...]  # cells asked for beside the way
+    threats: tuple[MovingObstacle, ...]  # obstacles that moved near it in the last tick
+    speaks: bool  # it is its turn to broadcast
+    events: tuple[TrafficNote, ...]
+
+
+class RecordWriter:
+    """Writes one robot's record. ``slot`` is its place in the round of broadcasts, ``side`` [m] that of a cell."""
+
+    def __init__(self, me: str, settings: TrafficConstants, slot: int, side: float) -> None:
+        self.me = me
+        self._settings = settings
+        self._slot = slot
+        self._answers = settings.asking_distance(side) + SLACK  # m
+
+    def is_due(self, tick: int, *, often: bool) -> bool:
+        """Return True if it is this robot's turn to broadcast."""
+        return (tick + self._slot) % (self._settings.often if often else self._settings.every) == 0
+
+    def record(self, result: StepResult, seen: tuple[Sighting, ...], moving: tuple[Moving, ...]) -> Record:
+        """Return the record of what was decided."""
+        inputs, situation, progress, joint = result.inputs, result.situation, result.progress, result.joint
+        return Record(
+            robot=self.me,
+            stamp=inputs.tick,
+            x=inputs.pose.x,
+            y=inputs.pose.y,
+            speed=inputs.speed,
+            goal=result.goal.cell,
+            idle=situation.idle,
+            done=situation.done,
+            wants=result.goal.since,
+            held=progress.reservations.held,
+            claims=progress.reservations.all_claims,
+            acks=self._acks(progress.reservations, situation.others, inputs.pose),
+            ahead=progress.route[: self._settings.ahead],
+            waits=result.waits,
+            moved=result.moved,
+            epoch=joint.epoch,
+            left=progress.left if joint.epoch is not None else 0,
+            entered=max(0, progress.steps[-1]) if joint.epoch is not None else 0,
+            frozen=joint.frozen,
+            need=None if inputs.stands else joint.need,
+            collect=joint.collect,
+            plan=joint.carried(situation),
+            refusal=joint.refused(inputs.tick),
+            stands=inputs.stands,
+            listens=result.listens,
+            seen=seen,
+            moving=moving,
+        )
+
+    def _acks(self, reservations: Reservations, others: Mapping[str, Record], pose: Pose) -> Acks:
+        """Return the claims that this robot acknowledges, of all that may ask it: those far off ask others."""
+        x, y, _ = pose
+        near = {
+            robot: record
+            for robot, record in others.items()
+            if record.claims and hypot(record.x - x, record.y - y) <= self._answers
+        }
+        return acknowledged(self.me, reservations, near)
 
 
 def way_ahead(result: StepResult, place: int) -> tuple[int, ...]:
@@ -86,12 +174,12 @@ def stands_before_body(result: StepResult) -> bool:
     return len(held) == 1 and bool(route) and route[0] in result.situation.blocked
 
 
-def hinderers(result: StepResult) -> tuple[str, ...]:
+def hinderers(result: StepResult, doing: TrafficActivity) -> tuple[str, ...]:
     """Return the robots that a robot waits for, also those that shut its way: silent, or told to stop.
 
     Decisions are made without those that shut its way: no claim and no joint plan moves them.
     """
-    if result.waits or activity(result) is not TrafficActivity.CUT_OFF:
+    if result.waits or doing is not TrafficActivity.CUT_OFF:
         return result.waits
     situation, route = result.situation, result.progress.route
     cell = route[0] if route else first_shut(situation.head, situation.goal, situation.blocked, situation.cells)
@@ -120,6 +208,7 @@ def outputs_of(
     place = result.progress.place(result.body.cell)
     alone, ahead = peers.alone_in(held, tick), way_ahead(result, place)
     stops, to_look, following = stops_in(result, ahead), looks(result, settings), result.joint.following
+    doing = activity(result)
     return TrafficOutputs(
         broadcast=broadcast,
         held=held,
@@ -133,8 +222,8 @@ def outputs_of(
         exactly=stops or to_look,
         looks=not stops and to_look,
         face=result.face,
-        waits=hinderers(result),
-        activity=activity(result),
+        waits=hinderers(result, doing),
+        activity=doing,
         events=result.events,
         way=(*held[place:], *result.progress.route),
         members=following.members if following is not None else (),

@@ -1,47 +1,48 @@
 """How long a robot has made no progress: its way has not become shorter, or it is still at one place."""
 
+from collections.abc import Callable
+from math import inf
+from typing import Generic, TypeVar
+
 from swarm.geometry import distance
-from swarm.maps.occupancy import Point
+
+Measure = TypeVar("Measure")
 
 
-class ProgressChecker:
-    """Counts ticks since a way last became shorter. A way that is ``longer`` [cells] than the shortest is a new way."""
+class ProgressChecker(Generic[Measure]):
+    """Measures for how long a robot has made no progress, by a clock that the caller reads or counts.
 
-    def __init__(self, longer: float) -> None:
-        self._longer = longer
-        self._fewest: int | None = None  # cells left of the way, the fewest so far
-        self._ticks = 0
+    ``is_progress`` says of what was measured at the last progress, and of what is measured now, if there is progress.
+    """
 
-    def check(self, left: int, *, counts: bool, new: bool = False) -> int:
-        """Return the ticks that counted since the way last became shorter, or since a ``new`` one; call it once a tick.
+    def __init__(self, is_progress: Callable[[Measure, Measure], bool]) -> None:
+        self._is_progress = is_progress
+        self._then: Measure | None = None
+        self._since = 0.0
 
-        ``left`` is the number of cells left. A tick ``counts`` if the robot could have got on in it.
-        """
-        if new or self._fewest is None or not self._fewest <= left <= self._fewest + self._longer:
-            self._fewest, self._ticks = left, 0
-        else:
-            self._ticks += counts
-        return self._ticks
+    def check(self, now: Measure, clock: float) -> float:
+        """Return how far the ``clock`` has gone on since the last progress."""
+        if self._then is None or self._is_progress(self._then, now):
+            self.restart(now, clock)
+        return clock - self._since
 
-
-class PlaceChecker:
-    """Measures the time since a robot last moved farther than ``radius`` [m] from where it was, at first ``at`` [m]."""
-
-    def __init__(self, radius: float, at: Point | None = None) -> None:
-        self._radius = radius
-        self._at = at
-        self._since = 0.0  # s
-
-    def check(self, here: Point, time: float) -> float:
-        """Return that time [s]; call it once a tick."""
-        if self._at is None or distance(here, self._at) > self._radius:
-            self.restart(here, time)
-        return time - self._since
-
-    def restart(self, here: Point, time: float) -> None:
-        """Count from now on, because the robot has a reason to be still here."""
-        self._at, self._since = here, time
+    def restart(self, now: Measure, clock: float) -> None:
+        """Measure from now on, because the robot has a reason to make no progress."""
+        self._then, self._since = now, clock
 
     def forget(self) -> None:
-        """Count from the next check on."""
-        self._at = None
+        """Measure from the next check on."""
+        self._then = None
+
+
+def farther_than(radius: float) -> Callable[[tuple[float, ...], tuple[float, ...]], bool]:
+    """Return the test of a robot that makes progress when it is more than ``radius`` [m] from where it was."""
+    return lambda then, now: distance(then, now) > radius
+
+
+def shorter_way(longer: float = inf) -> Callable[[int, int], bool]:
+    """Return the test of a robot that makes progress when fewer cells of its way are left.
+
+    A way that is more than ``longer`` [cells] longer is another way, on which it begins anew.
+    """
+    return lambda fewest, left: not fewest <= left <= fewest + longer

@@ -1,51 +1,76 @@
 """One robot's part in traffic: from what it senses and hears in a tick, to what it holds and where it may drive.
 
 Three layers, each safe without the one above. Layer 0: the body stays in the held cells, and stops before unexpected
-obstacles (``presence``, ``obstacles``). Layer 1: a cell is held only once all robots near have acknowledged the claim
+obstacles (``route``, ``obstacles``). Layer 1: a cell is held only once all robots near have acknowledged the claim
 (``claims``, ``rules``). Layer 2: which way to go, alone (``own_route``) or by a joint plan (``joint``). The state is
 pure: no clock, no I/O, no randomness of its own.
 """
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
+from typing import NamedTuple
 
 from swarm.errors import ConfigError
 from swarm.geometry import distance
 from swarm.maps.occupancy import Point
 from swarm.messages.traffic import Record, TrafficBroadcast
-from swarm.traffic.goal import Goal, Wish
-from swarm.traffic.interface import TrafficActivity, TrafficInputs, TrafficOutputs
-from swarm.traffic.joint.protocol import Decision, JointPlanning
-from swarm.traffic.joint.states import Speaks
+from swarm.traffic.interface import MovingObstacle, TrafficInputs, TrafficOutputs
+from swarm.traffic.joint.protocol import JointPlanning
+from swarm.traffic.joint.states import Drops, Leaves, Speaks, Wakes
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
-from swarm.traffic.obstacles.detector import ObstacleDetector, ProtectiveStop, robot_at
+from swarm.traffic.obstacles.detector import BlockedByObstacle, ObstacleDetector, ProtectiveStop, robot_at
 from swarm.traffic.obstacles.inspection import Inspector
-from swarm.traffic.obstacles.tracker import BlockedByObstacle
-from swarm.traffic.outputs import outputs_of
-from swarm.traffic.own_record import RecordWriter
-from swarm.traffic.own_route import OwnRoute
+from swarm.traffic.outputs import RecordWriter, StepResult, outputs_of
+from swarm.traffic.own_route import Goal, OwnRoute, Wish
 from swarm.traffic.peers.records import PeerRecords, TrafficNote
 from swarm.traffic.peers.sightings import Sightings
 from swarm.traffic.peers.situation import Situation
-from swarm.traffic.peers.step_aside import StepAside
-from swarm.traffic.reservations.claims import Claimed, Claiming
-from swarm.traffic.reservations.operator_stop import brought_to_rest, kept_cells
-from swarm.traffic.reservations.presence import (
+from swarm.traffic.peers.uncooperative import StepAside
+from swarm.traffic.reservations.claims import Claimed, Claiming, room_beside
+from swarm.traffic.reservations.route import (
     Footprint,
     OffRoute,
+    RouteProgress,
     after_sleep,
+    brought_to_rest,
     footprint_of,
     free_drive_cells,
     given_back,
     hold_under_body,
     spread,
 )  # fmt: skip
-from swarm.traffic.reservations.route import RouteProgress
-from swarm.traffic.reservations.side_cells import room_beside
-from swarm.traffic.result import Before, Halted, Heard, StepResult
 from swarm.traffic.settings import LEAST_CLAIM, TrafficConstants
 
-__all__ = ["Traffic", "TrafficActivity", "TrafficInputs", "TrafficOutputs"]
+
+class Before(NamedTuple):
+    """What is kept of the last tick, beside what each part remembers."""
+
+    tick: int
+    progress: RouteProgress
+    moved: int  # tick of its last progress
+    listen_until: int  # tick
+    threats: tuple[MovingObstacle, ...]  # obstacles that moved near it
+
+
+class Heard(NamedTuple):
+    """Where the robot is, and what the others say."""
+
+    body: Footprint
+    progress: RouteProgress
+    moved: int  # tick of its last progress
+    listen_until: int  # tick
+    listens: bool  # it has just started or woken, and claims nothing yet
+    threats: tuple[MovingObstacle, ...]  # obstacles that moved near it in the last tick
+    fresh: Mapping[str, Record]
+    events: Sequence[TrafficNote]
+
+
+class Halted(NamedTuple):
+    """What an unexpected obstacle has changed."""
+
+    progress: RouteProgress
+    halt: ProtectiveStop
+    events: tuple[TrafficNote, ...] = ()
 
 
 class Traffic:
@@ -105,7 +130,7 @@ class Traffic:
         if before is None or tick - before.tick > settings.gap:  # it has just started, or was away
             here = after_sleep(before.progress if before is not None else None, body, cells)
             moved, listen_until = tick, tick + settings.listen
-            self._joint.wake(tick)
+            self._joint.take(Wakes(tick))
             self._peers.wake(tick)
         else:
             here = hold_under_body(before.progress, body, cells, settings.radius)
@@ -126,7 +151,7 @@ class Traffic:
                 return progress._replace(sought=False)
             if not progress.shut(cells, body.cell, route=False):
                 return progress.nowhere()
-        self._joint.void()
+        self._joint.take(Leaves())
         self._goal.forget()
         return progress.over(cells, body.touched, body.cell)
 
@@ -152,9 +177,9 @@ class Traffic:
 
         # layer 2: which way
         if other_goal or not halted.progress.following:
-            joint.leave()
+            joint.take(Drops())
         situation = self._situation(tick, wish, halted.progress, moved, heard.fresh, cells)
-        decision = self._decide_jointly(situation, stands=inputs.stands)
+        decision = joint.take(Leaves() if inputs.stands else situation)
         routed = (
             brought_to_rest(halted.progress, body, cells)
             if inputs.stands
@@ -177,7 +202,7 @@ class Traffic:
         speaks = self._record_writer.is_due(tick, often=heard.listens or self._peers.somebody_listens(tick))
         if speaks and not inputs.stands:
             held, ahead = claimed.progress.reservations.held, claimed.progress.route[: settings.ahead]
-            joint.ask(Speaks(self.me, held, ahead, claimed.waits, joint.epoch, moved_now, situation))
+            joint.take(Speaks(self.me, held, ahead, claimed.waits, joint.epoch, moved_now, situation))
         return StepResult(
             inputs, body, situation, claimed.progress, self._goal, joint, claimed.waits, heard.listens, halted.halt,
             face, self._inspector.leans_to, free_drive, moved_now, room, heard.threats, speaks,
@@ -230,6 +255,8 @@ class Traffic:
         self, tick: int, wish: Wish, progress: RouteProgress, moved: int, fresh: Mapping[str, Record], cells: CellMap
     ) -> Situation:
         others = self._peers.others
+        # a way leads round robots that were told to stop, as round an obstacle: no plan moves them
+        stopped = {cell for record in fresh.values() if record.stands for cell in record.held}
         return Situation(
             tick=tick,
             cells=cells,
@@ -237,7 +264,7 @@ class Traffic:
             goal=self._goal.cell,
             idle=wish.goal is None,
             moved=moved,
-            blocked=self._sightings.occupied() | kept_cells(fresh),
+            blocked=self._sightings.occupied() | stopped,
             cleared=self._sightings.clear(others, self._peers.heard_lately(tick)),
             others=others,
             fresh=fresh,
@@ -247,13 +274,6 @@ class Traffic:
             mutes=self._peers.mutes.names,
             stays=self._peers.mutes.stays(tick),
         )
-
-    def _decide_jointly(self, situation: Situation, *, stands: bool) -> Decision:
-        """Take part in joint plans, unless the robot was told to stop."""
-        if not stands:
-            return self._joint.step(situation)
-        self._joint.void()
-        return Decision()
 
     def _find_way(
         self, progress: RouteProgress, situation: Situation, adopted: tuple[int, ...] | None, path: Sequence[Point]
@@ -266,7 +286,7 @@ class Traffic:
         plan = self._joint.following
         if plan is not None and plan.keeps(progress, situation) and situation.stays.isdisjoint(progress.route[:1]):
             return progress
-        self._joint.leave()
+        self._joint.take(Drops())
         return self._own_route.find(progress, situation, path, self._goal.way_out)
 
     def _inspect(self, claimed: Claimed, situation: Situation, inputs: TrafficInputs) -> Point | None:
@@ -275,7 +295,7 @@ class Traffic:
         if seen is not None:
             self._sightings.note(seen.cell, empty=seen.empty, tick=seen.tick)
             if not seen.empty:
-                self._joint.leave()
+                self._joint.take(Drops())
         return face
 
     # ---- speak: what it tells, and where it may drive

@@ -14,8 +14,8 @@ from swarm.fuzzy.explain import explain
 from swarm.fuzzy.kernel import slowing_factor
 from swarm.geometry import Pose
 from swarm.messages import Sense
-from swarm.robot.driving.rollout import Rollout
 from swarm.robot.driving.safety import DriveState
+from swarm.robot.driving.tables import Rollout
 from tests.shared import scenario_of
 
 PAPER, CAREFUL = Controller(load_profile("paper")), Controller(load_profile("careful"))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from swarm.motion.sweep import clearance_along, first_clear, line_room, path_room
+from swarm.motion.drive import clearance_along, first_clear, line_room, path_room
 from swarm.planning.grid import Grid
 from swarm.robot.driving.safety import AS_IT_IS, NO_BODIES
 from swarm.robot.tuning import SAFETY

@@ -17,8 +17,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from swarm.maps.movingai import from_movingai, from_scen
 from swarm.maps.occupancy import FREE, Cell
-from swarm.planning import search
-from swarm.planning.astar import Lattice, shortest
+from swarm.planning.astar import STAMPS, Lattice, shortest
 from swarm.planning.path_check import check_cells
 from swarm.planning.solve import solve_scen
 from tests.planning.shared import grids
@@ -153,7 +152,7 @@ def test_answers_stay_right_when_the_stamps_run_out() -> None:
     lattice = Lattice.of(free)
     expected = lattice.shortest((0, 0), (11, 11))
     assert expected is not None
-    for _ in range(search.STAMPS - 2):
+    for _ in range(STAMPS - 2):
         lattice.shortest((0, 11), (0, 11))  # no other cell is touched
     for _ in range(3):
         assert lattice.shortest((0, 0), (11, 11)) == expected

@@ -20,7 +20,7 @@ from swarm.robot.driving.safety import SafetyFilter
 from swarm.robot.mission import Mission
 from swarm.settings import Settings
 from swarm.traffic import step
-from swarm.traffic.joint.following import Following
+from swarm.traffic.joint.states import Following
 from swarm.traffic.lattice.cell_map import CellMap
 from swarm.traffic.obstacles.inspection import Inspection, Inspector
 from swarm.traffic.peers.records import PeerRecords, TrafficNote

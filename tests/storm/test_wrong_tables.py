@@ -8,7 +8,7 @@ import msgspec
 import pytest
 
 import swarm.robot.driving.cell_pilot as pilot
-from swarm.robot.driving.pilot import fuzzy_speeds
+from swarm.robot.driving.tables import fuzzy_speeds
 from tests.shared import mostly_long
 from world.storm.history.history import record
 from world.storm.laws.judge import LAWS

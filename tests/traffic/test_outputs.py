@@ -4,19 +4,25 @@ import pytest
 from msgspec.structs import replace
 
 from swarm.messages.traffic import Claim, Epoch, JointPlan, Record
-from swarm.traffic.goal import Goal
 from swarm.traffic.interface import TrafficActivity, TrafficInputs
-from swarm.traffic.joint.following import Following
 from swarm.traffic.joint.protocol import JointPlanning
-from swarm.traffic.joint.states import Frozen
+from swarm.traffic.joint.states import Following, Frozen
 from swarm.traffic.obstacles.detector import ProtectiveStop
-from swarm.traffic.outputs import activity, hinderers, looks, stops_in, way_ahead, waypoints
-from swarm.traffic.own_record import SLACK, RecordWriter
+from swarm.traffic.outputs import (
+    SLACK,
+    RecordWriter,
+    StepResult,
+    activity,
+    hinderers,
+    looks,
+    stops_in,
+    way_ahead,
+    waypoints,
+)
+from swarm.traffic.own_route import Goal
 from swarm.traffic.peers.situation import Situation
-from swarm.traffic.reservations.presence import Footprint
-from swarm.traffic.reservations.route import ALONE, RouteProgress
+from swarm.traffic.reservations.route import ALONE, Footprint, RouteProgress
 from swarm.traffic.reservations.rules import Reservations
-from swarm.traffic.result import StepResult
 from swarm.traffic.settings import TrafficConstants
 from tests.traffic.maps import Drawn
 
@@ -40,8 +46,8 @@ def doing(
     plain = StepResult(
         inputs=TrafficInputs(5, ROW.pose(A), aim.wish), body=Footprint(5, ROW.pose(A), A, frozenset({A})),
         situation=Situation(
-            tick=5, cells=ROW.cells, head=A, goal=ROW.at(goal)[0], idle=idle, moved=0, blocked=frozenset(ROW.at(shut)),
-            cleared=frozenset(), others=heard, fresh=heard, done=done,
+            tick=5, cells=ROW.cells, head=A, goal=ROW.at(goal)[0], idle=idle, blocked=frozenset(ROW.at(shut)),
+            others=heard, fresh=heard, done=done,
         ),
         progress=RouteProgress(Reservations(ROW.at(held)), (ALONE,) * len(held), ROW.at(route)),
         goal=aim, joint=joint or JointPlanning("r1", SETTINGS), waits=(), listens=False, halt=ProtectiveStop(stopped),
@@ -98,7 +104,7 @@ HINDERED: dict[str, tuple[StepResult, tuple[str, ...]]] = {  # whom a robot is s
 @pytest.mark.parametrize("name", HINDERED)
 def test_a_robot_that_is_shut_off_names_who_stands_there(name: str) -> None:
     decisions, robots = HINDERED[name]
-    assert hinderers(decisions) == robots
+    assert hinderers(decisions, activity(decisions)) == robots
 
 
 @pytest.mark.parametrize("name", ACTIVITIES)

@@ -14,8 +14,8 @@ from swarm.geometry import Pose, distance
 from swarm.maps.occupancy import Point
 from swarm.messages import Activity, Command, PoolTargets
 from swarm.settings import Settings
-from swarm.traffic.lattice.breadth_first import FAR
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
+from swarm.traffic.lattice.distances import FAR
 from swarm.traffic.lattice.placement import comes_near
 from world.bodies.said import Said
 from world.tasks.missions import Missions

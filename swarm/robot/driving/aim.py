@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from swarm.geometry import Pose, from_frame
 from swarm.maps.occupancy import Point
-from swarm.motion.sweep import line_is_clear
+from swarm.motion.drive import line_is_clear
 from swarm.planning.grid import Grid
 from swarm.planning.path import line_is_free
 from swarm.robot.tuning import AIM

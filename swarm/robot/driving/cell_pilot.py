@@ -1,7 +1,7 @@
 """Driving in cells: a robot enters only cells that it holds, and the fuzzy tables steer inside held cells."""
 
 from collections.abc import Callable, Iterable, Sequence
-from math import inf, pi
+from math import inf
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -11,28 +11,35 @@ from swarm.fuzzy import Controller
 from swarm.geometry import Pose, Twist, bearing, distance
 from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.messages import COMMAND, Activity, Sense
-from swarm.motion.drive import DifferentialDrive
-from swarm.motion.sweep import gap
+from swarm.motion.drive import DifferentialDrive, gap
 from swarm.planning.rays import each_on_map
 from swarm.robot.driving.aim import Aiming, distance_along
-from swarm.robot.driving.detour import Detour
 from swarm.robot.driving.evasion import Evasion
-from swarm.robot.driving.lateness import Lateness, RimSpeeds
-from swarm.robot.driving.pilot import PilotInputs, PilotOutputs, fuzzy_speeds
-from swarm.robot.driving.rollout import Rollout
-from swarm.robot.driving.safety import NO_BODIES, STAND, Constraints, DriveState, SafetyFilter, WheelSpeeds
+from swarm.robot.driving.pilot import PilotInputs, PilotOutputs
+from swarm.robot.driving.safety import (
+    NO_BODIES,
+    STAND,
+    Constraints,
+    DriveState,
+    Lateness,
+    RimSpeeds,
+    SafetyFilter,
+    WheelSpeeds,
+)
+from swarm.robot.driving.tables import Detour, Rollout, fuzzy_speeds, scale_of
 from swarm.robot.ground import Block
 from swarm.robot.sectors import sectors
 from swarm.robot.tuning import PILOT, SCALE
 from swarm.settings import Settings
+from swarm.traffic.interface import TrafficActivity, TrafficInputs, TrafficOutputs
 from swarm.traffic.lattice.cell_map import CellMap
 from swarm.traffic.lattice.placement import cells_of, comes_near
+from swarm.traffic.obstacles.detector import WATCH
 from swarm.traffic.obstacles.scan import Scan
-from swarm.traffic.obstacles.tracker import WATCH
 from swarm.traffic.peers.uncooperative import Spoken
-from swarm.traffic.progress_checker import ProgressChecker
+from swarm.traffic.progress_checker import ProgressChecker, shorter_way
 from swarm.traffic.settings import NEAR
-from swarm.traffic.step import Traffic, TrafficActivity, TrafficInputs, TrafficOutputs
+from swarm.traffic.step import Traffic
 
 RESTS: Final = frozenset({Activity.READY, Activity.STOPPED, Activity.DONE})  # a robot wants to go nowhere
 SHUT_OFF: Final = frozenset({TrafficActivity.CUT_OFF, TrafficActivity.LOOKING})  # by walls, or by who is silent
@@ -85,7 +92,8 @@ class CellPilot:
         self._rollout = Rollout(controller, settings)
         self._lateness = Lateness(robot.wheel_acceleration, 1.0 / settings.rate)
         self._before = LastTick()
-        self._progress_checker = ProgressChecker(PILOT.longer)
+        self._progress = ProgressChecker(shorter_way(PILOT.longer))
+        self._could_drive = 0  # ticks
         self._aiming = Aiming(cells, robot.radius)
 
     def drive(self, inputs: PilotInputs) -> PilotOutputs:
@@ -194,7 +202,7 @@ class CellPilot:
         if away is not None:
             return before._replace(speeds=away, heading=heading, drawn_to=drawn_to)
         nowhere = self._count_nowhere(inputs, granted, before.target)
-        scale = self._scaled(granted, gap(shut, local.x, local.y), heading, nowhere)
+        scale = scale_of(granted, gap(shut, local.x, local.y), heading, nowhere)
         circles, target = nowhere > PILOT.nowhere_after, inputs.target
         within = distance_along(pose, granted.waypoints)
         if within <= NEAR or self._rests(inputs, granted):
@@ -243,21 +251,6 @@ class CellPilot:
         points = self._rollout(inputs.sense, body, last.drawn_to, last.scale)
         return self._cells.swept_in_order(points, self._room)
 
-    def _scaled(self, granted: TrafficOutputs, room: float, heading: float, nowhere: float) -> float:
-        """Return the scale of the sensed distances for a granted ``room`` [m] and a ``heading`` error [rad].
-
-        A robot that gets ``nowhere`` for long [s] has the least scale. In some corners the tables turn left and right
-        for ever; if all obstacles count as far, the tables turn to the aim. After twice that time nearly everything
-        counts as far.
-        """
-        if nowhere > 2 * PILOT.nowhere_after:
-            return SCALE.detour
-        if nowhere > PILOT.nowhere_after or (granted.exactly and len(granted.held) == 1):
-            return SCALE.turning
-        if granted.unconstrained:
-            return 1.0
-        return min(1.0, max(SCALE.tight, room / SCALE.roomy)) * (1.0 - SCALE.behind * abs(heading) / pi)
-
     def _rests(self, inputs: PilotInputs, granted: TrafficOutputs) -> bool:
         """Return True if the robot may stand where it is in its last held cell: it need not reach a certain point."""
         if len(granted.held) > 1 or granted.unconstrained or granted.exactly:
@@ -270,12 +263,12 @@ class CellPilot:
     def _count_nowhere(self, inputs: PilotInputs, granted: TrafficOutputs, target: int) -> float:
         """Count on; return for how long [s] the robot has had cells to drive over but its way did not become shorter.
 
-        Time before an unexpected obstacle does not count. A way that is much longer is a new one and starts again, and
-        so does another stop than ``target``.
+        Time before an unexpected obstacle does not count. Another stop than ``target`` starts again.
         """
-        new = len(granted.held) <= 1 or inputs.target != target
-        ticks = self._progress_checker.check(len(granted.way), counts=granted.may_drive, new=new)
-        return ticks / self._settings.rate
+        self._could_drive += granted.may_drive
+        if len(granted.held) <= 1 or inputs.target != target:
+            self._progress.forget()
+        return self._progress.check(len(granted.way), self._could_drive) / self._settings.rate
 
     def _kept_away(self, inputs: PilotInputs, before: LastTick) -> int:
         """Return for how many ticks the robot has been kept from its place since it is done.

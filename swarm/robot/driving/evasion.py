@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 
 from swarm.geometry import Twist, wrap
 from swarm.messages import Sense
-from swarm.motion.drive import DifferentialDrive
-from swarm.motion.sweep import GRAZE, Boxes, advance, clearance_along, gap
+from swarm.motion.drive import GRAZE, Boxes, DifferentialDrive, advance, clearance_along, gap
 from swarm.robot.driving.safety import STAND, Constraints
 from swarm.robot.tuning import EVASION, SAFETY, EvasionTuning
 from swarm.settings import Settings
-from swarm.traffic.obstacles.tracker import HALF_WIDTH, MovingObstacle
+from swarm.traffic.interface import MovingObstacle
+from swarm.traffic.obstacles.detector import HALF_WIDTH
 
 NO_WAY: Final = np.nan
 

@@ -1,10 +1,8 @@
-"""The interface of a robot's brain and its pilot: a ``PilotInputs`` goes in, a ``Move`` comes out."""
+"""The interface of a robot's brain and its pilot: ``PilotInputs`` go in, ``PilotOutputs`` come out."""
 
 from collections.abc import Callable, Iterable, Sequence
-from math import degrees
 from typing import NamedTuple, Protocol
 
-from swarm.fuzzy import Controller
 from swarm.geometry import Pose
 from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.messages import Activity, Broadcast, Sense
@@ -12,7 +10,6 @@ from swarm.messages.traffic import TrafficBroadcast
 from swarm.robot.driving.safety import WheelSpeeds
 from swarm.robot.ground import Block
 from swarm.robot.navigator import Navigator
-from swarm.settings import RobotSettings
 
 
 class PilotInputs(NamedTuple):
@@ -60,15 +57,3 @@ class Pilot(Protocol):
 
     def robot_at(self, tick: int) -> Callable[[Point], bool]:
         """Return a function that says of a point [m] whether another robot's body may be there at a tick."""
-
-
-def fuzzy_speeds(
-    controller: Controller, robot: RobotSettings, sense: Sense, heading: float, scale: float = 1.0
-) -> tuple[float, float]:
-    """Return the rim speeds (left, right) [m/s] of the tables for a ``heading`` error [rad], left positive.
-
-    ``scale`` shrinks the paper's near, medium and far: the tables get the distances divided by it.
-    """
-    unit = robot.distance_scale * scale
-    left, right = controller.wheel_speeds(sense.left / unit, sense.front / unit, sense.right / unit, -degrees(heading))
-    return left * robot.speed_scale, right * robot.speed_scale

@@ -1,12 +1,11 @@
 """Leading: a robot calls the others, waits until they stand, searches for a plan, and publishes it.
 
-The functions named in the table of ``joint`` return the result of a transition, or None if it does not happen.
+The functions named in the tables of ``protocol`` return the result of a transition, or None if it does not happen.
 """
 
 from swarm.messages.traffic import Collect, Entry, Epoch, JointPlan, Refusal
-from swarm.traffic.joint.following import SETTLE
 from swarm.traffic.joint.problem import RELAXATIONS, members_of, problem_of
-from swarm.traffic.joint.states import Collecting, Free, Memory, Move, Published, Searching
+from swarm.traffic.joint.states import SETTLE, Call, Collecting, Free, Memory, Move, Published, Searching
 from swarm.traffic.lattice.cell_map import CellMap
 from swarm.traffic.mapf.planner import Outcome, Result
 from swarm.traffic.mapf.precedence import Precedence
@@ -25,7 +24,8 @@ def named(memory: Memory, call: Free, situation: Situation) -> Move | None:
     memory.shut = {join: until for join, until in memory.shut.items() if until > situation.tick}
     for refusal in refusals:
         memory.shut.update(dict.fromkeys(refusal.shut, situation.tick + memory.settings.obstacle))
-    return Move(Collecting(Collect(Epoch(situation.tick, memory.me), _called(memory, situation))))
+    follow = [robot for robot, record in situation.fresh.items() if not record.stands]  # who was told to stop cannot
+    return Move(Collecting(Collect(Epoch(situation.tick, memory.me), tuple(sorted([memory.me, *follow])))))
 
 
 def all_stand(memory: Memory, call: Collecting, situation: Situation) -> Move | None:
@@ -54,8 +54,8 @@ def searched_on(memory: Memory, call: Searching, situation: Situation) -> Move |
 def found(memory: Memory, call: Searching, situation: Situation) -> Move | None:
     """Publish the plan, and follow it."""
     answer = call.answer
-    if answer is None or answer.order is None or not _moves(answer):
-        return None
+    if answer is None or answer.order is None or not any(len(way) > 1 for way in answer.order.ways):
+        return None  # there is no plan, or it moves nobody
     plan = _plan(call, answer, answer.order)
     memory.published = memory.unconfirmed = Published(plan, situation.tick)
     memory.leads_from = situation.tick + memory.settings.again
@@ -103,10 +103,10 @@ def _proof(who: tuple[str, ...], cells: CellMap) -> str:
     )
 
 
-def ignored(memory: Memory, situation: Situation) -> tuple[TrafficNote, ...]:
+def ignored(memory: Memory, call: Call, situation: Situation) -> Move | None:
     """Report, once, the members heard that do not follow the plan I made: the others go on without them."""
     if memory.unconfirmed is None or situation.tick - memory.unconfirmed.tick <= 2 * SETTLE:
-        return ()
+        return None
     (plan, published), memory.unconfirmed = memory.unconfirmed, None
     ignoring = [
         robot
@@ -116,10 +116,11 @@ def ignored(memory: Memory, situation: Situation) -> tuple[TrafficNote, ...]:
         and (record.epoch is None or record.epoch < plan.epoch)
         and record.frozen is None
     ]
-    return tuple(
+    said = [
         TrafficNote("plan_ignored", (robot,), f"finds that {robot} does not follow its joint plan")
         for robot in ignoring
-    )
+    ]
+    return Move(call, events=tuple(said))
 
 
 def carried(memory: Memory, situation: Situation) -> JointPlan | None:
@@ -130,11 +131,6 @@ def carried(memory: Memory, situation: Situation) -> JointPlan | None:
     plan, fresh = published.plan, situation.fresh
     all_follow = all(robot == memory.me or (robot in fresh and fresh[robot].epoch == plan.epoch) for robot in plan.ways)
     return None if all_follow else plan
-
-
-def _called(memory: Memory, situation: Situation) -> tuple[str, ...]:
-    """Return the robots in hearing that can follow a plan: those that were told to stop cannot."""
-    return tuple(sorted([memory.me, *(robot for robot, record in situation.fresh.items() if not record.stands)]))
 
 
 def _refusals(memory: Memory, situation: Situation) -> list[Refusal]:
@@ -155,11 +151,6 @@ def _searching(
     if not problem.members or problem.asks in asked:
         return None
     return Searching(collect, problem, problem.search(collect.epoch, cells, memory.settings), asked | {problem.asks})
-
-
-def _moves(answer: Result) -> bool:
-    """Return True if the plan moves any robot."""
-    return answer.order is not None and any(len(way) > 1 for way in answer.order.ways)
 
 
 def _is_proof(call: Searching, answer: Result) -> bool:

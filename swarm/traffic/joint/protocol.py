@@ -2,18 +2,18 @@
 
 The call that it takes part in. A robot goes on in the plan that it follows while it stands for the next one:
 
-    Free --called--> Frozen --plan_came, stood_in_vain--> Free
     Free --named--> Collecting --all_stand--> Searching --found, gave_up--> Free
                                               Searching --searched_on, found_none--> Searching
-    Frozen, Collecting, Searching --called--> Frozen
+    Free, Frozen, Collecting, Searching --called--> Frozen --plan_came, stood_in_vain--> Free
     Free --asks--> Free
     Frozen, Collecting, Searching --left--> Free
     Free, Frozen, Collecting, Searching --woke--> Free
+    Free, Frozen, Collecting, Searching --ignored--> as before
 
 The plan that it follows, if any:
 
-    none --adopts--> Following --leaves--> none
-                     Following --adopts--> Following
+    none, Following --adopts--> Following --dropped--> none
+    none, Following --refuses--> as before
 
 There is no leader election: the lowest id in range leads. If a leader falls silent, the next request
 names the next id. A plan gives no right to any cell: a plan that is lost, late or half adopted costs time only.
@@ -22,71 +22,74 @@ names the next id. A plan gives no right to any cell: a plan that is lost, late 
 from collections.abc import Callable
 from typing import Any, Final, NamedTuple
 
-from swarm.messages.traffic import MOST_SHUT, Collect, Epoch, JointPlan, Refusal
+from swarm.messages.traffic import Collect, Epoch, JointPlan, Refusal
 from swarm.traffic.joint import leader, member
-from swarm.traffic.joint.conflict import asks
-from swarm.traffic.joint.following import Following
 from swarm.traffic.joint.states import (
     Call,
     Collecting,
+    Drops,
+    Following,
     Free,
     Frozen,
+    Gets,
     Leaves,
     Memory,
     Move,
-    Refused,
     Searching,
     Speaks,
     Wakes,
 )
 from swarm.traffic.peers.records import TrafficNote
 from swarm.traffic.peers.situation import Situation
-from swarm.traffic.reservations.route import shut_joins
 from swarm.traffic.settings import TrafficConstants
 
-Occasion = Situation | Speaks | Leaves | Wakes  # Situation: what is known in each tick
+Occasion = Situation | Speaks | Leaves | Wakes | Gets | Drops  # Situation: what is known in each tick
+Types = type[Any] | tuple[type[Any], ...]
 
 
 class Transition(NamedTuple):
     """One arrow of the drawing: if something happens, the robot goes from one state to another."""
 
-    on: type[Occasion]
-    of: type[Call]
-    happens: Callable[[Memory, Any, Any], Move | None]  # the last argument is the occasion
-    to: type[Call]
+    on: Types  # occasions
+    of: Types  # states
+    happens: Callable[[Memory, Any, Any], Move | None]  # its arguments: the memory, the state, the occasion
+    to: Types  # the next state; the same types as in ``of``: the state stays as it is
 
+
+NONE: Final = type(None)  # it follows no plan
+IN_CALL: Final = (Frozen, Collecting, Searching)
+ANY_CALL: Final = (Free, *IN_CALL)
+ANY_PLAN: Final = (NONE, Following)
 
 # fmt: off
-TRANSITIONS: Final = (  # tried on each occasion from top to bottom, in the state that the ones above have led to
-    #          on         in          what happens            to
-    Transition(Situation, Free,       member.called,        Frozen),
-    Transition(Situation, Frozen,     member.called,        Frozen),
-    Transition(Situation, Collecting, member.called,        Frozen),
-    Transition(Situation, Searching,  member.called,        Frozen),
-    Transition(Situation, Free,       leader.named,          Collecting),
-    Transition(Situation, Collecting, leader.all_stand,      Searching),
-    Transition(Situation, Searching,  leader.searched_on,    Searching),
-    Transition(Situation, Searching,  leader.found,          Free),
-    Transition(Situation, Searching,  leader.found_none,     Searching),
-    Transition(Situation, Searching,  leader.gave_up,        Free),
-    Transition(Situation, Frozen,     member.plan_came,     Free),
-    Transition(Situation, Frozen,     member.stood_in_vain, Free),
-    Transition(Speaks,    Free,       asks,                   Free),
-    Transition(Leaves,    Frozen,     member.left,          Free),
-    Transition(Leaves,    Collecting, member.left,          Free),
-    Transition(Leaves,    Searching,  member.left,          Free),
-    Transition(Wakes,     Free,       member.woke,          Free),
-    Transition(Wakes,     Frozen,     member.woke,          Free),
-    Transition(Wakes,     Collecting, member.woke,          Free),
-    Transition(Wakes,     Searching,  member.woke,          Free),
+CALLS: Final = (  # tried on each occasion from top to bottom, in the state that the ones above have led to
+    #          on               in          what happens          to
+    Transition(Situation,       ANY_CALL,   leader.ignored,       ANY_CALL),
+    Transition(Situation,       ANY_CALL,   member.called,        Frozen),
+    Transition(Situation,       Free,       leader.named,         Collecting),
+    Transition(Situation,       Collecting, leader.all_stand,     Searching),
+    Transition(Situation,       Searching,  leader.searched_on,   Searching),
+    Transition(Situation,       Searching,  leader.found,         Free),
+    Transition(Situation,       Searching,  leader.found_none,    Searching),
+    Transition(Situation,       Searching,  leader.gave_up,       Free),
+    Transition(Situation,       Frozen,     member.plan_came,     Free),
+    Transition(Situation,       Frozen,     member.stood_in_vain, Free),
+    Transition(Speaks,          Free,       member.asks,          Free),
+    Transition(Leaves,          IN_CALL,    member.left,          Free),
+    Transition(Wakes,           ANY_CALL,   member.woke,          Free),
+)
+PLANS: Final = (
+    Transition(Gets,            ANY_PLAN,   member.adopts,        Following),
+    Transition(Gets,            ANY_PLAN,   member.refuses,       ANY_PLAN),
+    Transition((Drops, Leaves), Following,  member.dropped,       NONE),
 )
 # fmt: on
 
 
 class Decision(NamedTuple):
-    """The decisions of one step."""
+    """The decisions on one occasion."""
 
-    way: tuple[int, ...] | None = None  # of a plan adopted in this step, from the head on
+    way: tuple[int, ...] | None = None  # of a plan adopted now, from the head on
     events: tuple[TrafficNote, ...] = ()
 
 
@@ -98,31 +101,16 @@ class JointPlanning:
         self.following: Following | None = None
         self.memory = Memory(me, settings)
 
-    def step(self, situation: Situation) -> Decision:
-        """Answer calls, lead if named, continue the search, and adopt a plan that came."""
-        events = leader.ignored(self.memory, situation)
-        plan, said = self._take(situation)
-        if plan is None:
-            return Decision(events=events + said)
-        adopted = self._adopt(plan, situation)
-        return Decision(adopted.way, events + said + adopted.events)
-
-    def ask(self, own: Speaks) -> None:
-        """Decide which robot to ask to lead, if any; call it before each broadcast."""
-        self._take(own)
-
-    def leave(self) -> None:
-        """Stop following the plan."""
-        self.following = None
-
-    def void(self) -> None:
-        """Leave the plan followed and the call: the robot was told to stop, or they were for another floor."""
-        self.leave()
-        self._take(Leaves())
-
-    def wake(self, tick: int) -> None:
-        """Leave the call: the robot was away. The plan followed stays."""
-        self._take(Wakes(tick))
+    def take(self, occasion: Occasion) -> Decision:
+        """Change both states as the tables say. A plan that comes is at once an occasion for the second table."""
+        self.call, plan, events = _through(CALLS, self.memory, self.call, occasion)
+        if plan is not None and isinstance(occasion, Situation):
+            occasion = Gets(plan, occasion)
+        self.following, _, more = _through(PLANS, self.memory, self.following, occasion)
+        way: tuple[int, ...] | None = None
+        if plan is not None and self.following is not None and self.following.plan is plan:
+            way = plan.ways[self.memory.me]
+        return Decision(way, events + more)
 
     # ---- what the robot tells
 
@@ -155,46 +143,26 @@ class JointPlanning:
         refused = self.memory.refused
         return refused.refusal if refused and tick - refused.tick <= self.memory.settings.carry else None
 
-    # ---- from state to state
 
-    def _take(self, occasion: Occasion) -> tuple[JointPlan | None, tuple[TrafficNote, ...]]:
-        """Go through the table on an occasion; return the plan that came and the events."""
-        plan: JointPlan | None = None
-        events: tuple[TrafficNote, ...] = ()
-        for on, state, happens, _ in TRANSITIONS:
-            if isinstance(self.call, state) and isinstance(occasion, on):
-                move = happens(self.memory, self.call, occasion)
-                if move is not None:
-                    self._go(move.to)
-                    plan, events = move.plan or plan, events + move.events
-        return plan, events
+def _through(
+    table: tuple[Transition, ...],
+    memory: Memory,
+    state: Any,  # noqa: ANN401, of this table
+    occasion: Occasion,
+) -> tuple[Any, JointPlan | None, tuple[TrafficNote, ...]]:
+    """Go through a table on an occasion; return the state that it leads to, the plan that came, and the events.
 
-    def _go(self, to: Call) -> None:
-        """Enter a state; the robot never takes part again in a call that it has left."""
-        if not isinstance(self.call, Free) and (isinstance(to, Free) or to.epoch != self.call.epoch):
-            self.memory.spent[self.call.epoch.leader] = self.call.epoch.tick
-        self.call = to
-
-    def _adopt(self, plan: JointPlan, situation: Situation) -> Decision:
-        """Follow a plan if it begins where the robot stands; refuse it if the map lacks a join of the robot's way."""
-        memory, way = self.memory, plan.ways.get(self.memory.me)
-        if way is None or way[0] != situation.head:
-            return Decision()
-        if shut_joins(way, situation.cells):
-            return Decision(events=(self._refuse(plan, way, situation),))
-        entries = {entry.step: entry for entry in plan.after.get(memory.me, ())}
-        self.following = Following(
-            memory.me, plan, tuple(sorted(plan.ways)), situation.tick, memory.settings.absent, entries
-        )
-        memory.asks_from = situation.tick + memory.settings.calm
-        if plan.epoch.leader != memory.me:
-            memory.published = None
-        return Decision(way)
-
-    def _refuse(self, plan: JointPlan, way: tuple[int, ...], situation: Situation) -> TrafficNote:
-        """Refuse a plan: tell the leader which joins are shut, those of the robot's own way first."""
-        memory, cells = self.memory, situation.cells
-        shut = tuple(dict.fromkeys(join for one in (way, *plan.ways.values()) for join in shut_joins(one, cells)))
-        memory.refused = Refused(Refusal(plan.epoch, shut[:MOST_SHUT]), situation.tick)
-        text = f"refuses the joint plan of {plan.epoch.leader}: no way from cell {shut[0][0]} to {shut[0][1]}"
-        return TrafficNote("plan_refused", (memory.me,), text)
+    A robot never takes part again in a call that it has left.
+    """
+    plan: JointPlan | None = None
+    events: tuple[TrafficNote, ...] = ()
+    for on, of, happens, _ in table:
+        if not (isinstance(occasion, on) and isinstance(state, of)):
+            continue
+        move = happens(memory, state, occasion)
+        if move is None:
+            continue
+        if isinstance(state, IN_CALL) and (not isinstance(move.to, IN_CALL) or move.to.epoch != state.epoch):
+            memory.spent[state.epoch.leader] = state.epoch.tick
+        state, plan, events = move.to, move.plan or plan, events + move.events
+    return state, plan, events

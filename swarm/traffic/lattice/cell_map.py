@@ -14,9 +14,8 @@ from numpy.typing import NDArray
 
 from swarm.geometry import from_frame, to_frame
 from swarm.maps.occupancy import FREE, UNKNOWN, Cell, OccupancyMap, Point
+from swarm.traffic.lattice.discs import OPEN, STANDS, cells_under, line_is_clear, measure, nearest
 from swarm.traffic.lattice.distances import Distances
-from swarm.traffic.lattice.fitting import OPEN, STANDS, measure, nearest
-from swarm.traffic.lattice.footprint import cells_under, line_is_clear
 
 OUTSIDE: Final = -1  # not a cell: beyond the lattice
 ACROSS: Final = 16  # parts of a cell's side, at whose ends a body is tried

@@ -4,6 +4,7 @@ from collections import Counter
 from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache
+from itertools import combinations
 from math import ceil, inf, isclose, log
 from typing import Any, Final
 
@@ -14,15 +15,12 @@ from swarm.geometry import distance, on_circle
 from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.settings import Settings
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
-from swarm.traffic.lattice.line_of_sight import without_unheard
 from swarm.traffic.settings import LEAST_CLAIM, NEAR, TrafficConstants
 
 # side of a cell if the scenario gives none: at 6 radii a robot turns in it under the paper's controller
 RADII: Final[tuple[float, ...]] = (6.0, 5.0, 4.0)
-OWN: Final[tuple[float, ...]] = (
-    4.0,
-    10.0,
-)  # radii; a map whose squares are of such a side is its own lattice, which loses no floor
+# radii; a map whose squares are of such a side is its own lattice, which loses no floor
+OWN: Final[tuple[float, ...]] = (4.0, 10.0)
 ALIKE: Final = 1e-6  # share by which two lengths may differ that are meant to be the same: 6 x 0.2 m is not 1.2 m
 PHASES: Final = 4  # lattice offsets tried along each axis
 OFF_LINE: Final = 0.05  # m, how far a robot may stray from the line between two cells
@@ -241,3 +239,26 @@ def traffic_settings(settings: Settings) -> TrafficConstants:
 def _in_a_row(loss: float, chance: float) -> int:
     """Return how many broadcasts in a row are all lost with at most ``chance``, if the share ``loss`` is lost."""
     return ceil(log(chance) / log(min(loss, LOSSY))) if loss > 0.0 else 0
+
+
+def without_unheard(cells: CellMap, room: float) -> CellMap:
+    """Return the cells without joins over which two robots could want one cell and not hear each other round a corner.
+
+    A robot claims a cell from the middle of its own. If walls hide another robot from there, it leans towards the cell
+    that it claims; ``room`` [m] is what it then keeps to the edge. If two robots that want one cell do not even see
+    each other then, the cell is entered from one side only: from the cell with the lower number.
+    """
+    parted = True
+    while parted:
+        parted = False
+        for cell in range(len(cells)):
+            for one, other in combinations(sorted(cells.neighbours[cell]), 2):
+                if not cells.in_sight(_stance(cells, one, cell, room), _stance(cells, other, cell, room)):
+                    cells = cells.without([(cell, other)])
+                    parted = True
+                    break
+    return cells
+
+
+def _stance(cells: CellMap, cell: int, towards: int, room: float) -> Point:
+    return cells.leaning(cell, towards, room) if cells.is_blind(cell, towards) else cells.centre(cell)

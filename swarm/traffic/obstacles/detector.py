@@ -1,16 +1,20 @@
-"""Layer 0: stops before an unexpected obstacle, which neither the map nor any robot's last record explains."""
+"""Layer 0: the unexpected obstacles, which neither the map nor any robot's last record explains.
+
+The robot stops before one that is near. It tracks those that move, and predicts where one is while it is not seen.
+"""
 
 from collections.abc import Callable, Collection, Iterable
 from math import hypot
 from typing import Final, NamedTuple
 
-from swarm.geometry import distance
+from swarm.geometry import Pose, distance
 from swarm.maps.occupancy import Point
 from swarm.messages.traffic import Moving, Record
-from swarm.traffic.interface import TrafficInputs
+from swarm.traffic.interface import MovingObstacle, TrafficInputs
 from swarm.traffic.lattice.cell_map import CellMap
-from swarm.traffic.obstacles.scan import KnownBody, Reading, hit_by, strange, unexplained
-from swarm.traffic.obstacles.tracker import WATCH, MovingObstacle, Tracker
+from swarm.traffic.obstacles.scan import KnownBody, Scan, body_at, hit_by, strange
+from swarm.traffic.progress_checker import ProgressChecker, shorter_way
+from swarm.traffic.reservations.route import BESIDE, RouteProgress
 from swarm.traffic.settings import TrafficConstants
 
 HALTED: Final = 10  # ticks stopped before an unexpected obstacle, after which it is taken to stay
@@ -21,6 +25,18 @@ LINGERS: Final = 10  # ticks for which a close obstacle is assumed to be there s
 ABOUT: Final = 0.15  # m, the accuracy with which a ray locates an obstacle
 MOVES: Final = 1.5  # s for which a robot that is not heard is assumed to drive on
 RESTS: Final = 0.6  # s for which a robot long silent is assumed to have driven on before it came to rest
+
+# of obstacles that move
+WATCH: Final = 1.4  # m, from the edge; an obstacle seen nearer may be a threat
+HALF_WIDTH: Final = 0.25  # m; a threat is taken for a disc of this radius
+WIDE: Final = 0.5  # m; hits nearer to each other than this are on one obstacle
+FITS: Final = 8  # steps of fitting the disc to the hits
+NOTED: Final = 12  # ticks over which its velocity is measured
+LATELY: Final = 6  # ticks over which its approach is measured
+NEARER: Final = 0.06  # m; an obstacle that came nearer by more in LATELY ticks, by its own motion, is a threat: 0.2 m/s
+COMING: Final = 100  # ticks for which a threat is assumed to come on unseen: a robot that turns away does not see it
+NEAR: Final = 2.0  # m, from the robot's middle; obstacles farther away are no threat
+KEPT: Final = 400  # ticks of threat without progress, after which a robot takes its next cell for occupied
 
 
 def robot_at(
@@ -75,21 +91,18 @@ class ObstacleDetector:
         robots = self._robots(inputs, others, mine) if seen else []
         near = tuple(strange(seen, inputs.pose, cells, robots, settings))
         hits = [hit_by(inputs.pose, one, settings.radius) for one in near]  # what was found to stay may move again
-        bodies = [
-            hit_by(inputs.pose, one, 2 * settings.radius) for one in near if one.measured < settings.stop_distance
-        ]
-        known = [*[KnownBody(place, ABOUT + settings.radius, nearest=CLOSE) for _, place in self._found], *robots]
-        halt = self._stop(inputs, [one for one in seen if one.measured < settings.stop_distance], known, cells)
+        close = [one for one in near if one.measured < settings.stop_distance]
+        bodies = [hit_by(inputs.pose, one, 2 * settings.radius) for one in close]
+        found = [KnownBody(place, ABOUT + settings.radius, nearest=CLOSE) for _, place in self._found]
+        first = next(strange(close, inputs.pose, cells, found, settings), None)
+        halt = self._stop(inputs, None if first is None else body_at(inputs.pose, first, settings.radius))
         told = [one for record in others for one in record.moving]
         threats = self._tracker.track(tick, inputs.pose, hits, inputs.scan, told)
         return halt._replace(threats=threats, bodies=tuple(bodies))
 
-    def _stop(
-        self, inputs: TrafficInputs, seen: Iterable[Reading], known: Collection[KnownBody], cells: CellMap
-    ) -> ProtectiveStop:
-        """Return whether to stop for what is near, and where it stays."""
-        tick, settings = inputs.tick, self._settings
-        place = unexplained(seen, inputs.pose, cells, known, settings)
+    def _stop(self, inputs: TrafficInputs, place: Point | None) -> ProtectiveStop:
+        """Return whether to stop for an obstacle that seems to be near, at ``place`` [m], and where it stays."""
+        tick = inputs.tick
         if place is None:
             self._since = None
             return ProtectiveStop(tick < self._lingers_until)
@@ -101,7 +114,7 @@ class ObstacleDetector:
             self._still = (tick, place)
         if tick - self._still[0] != HALTED:
             return ProtectiveStop(stopped=True)
-        self._found.append((tick + settings.obstacle, place))
+        self._found.append((tick + self._settings.obstacle, place))
         return ProtectiveStop(stopped=True, found=place)
 
     def moving(self) -> tuple[Moving, ...]:
@@ -127,3 +140,145 @@ class ObstacleDetector:
                 KnownBody((record.x, record.y), within, set(record.held).difference(mine), CLOSE if silent else 0.0)
             )
         return known
+
+
+class Tracker:
+    """Tracks the unexpected obstacles that one robot sees, and adds those that others tell of."""
+
+    def __init__(self, dt: float, radius: float) -> None:
+        self._dt = dt  # s, a tick
+        self._radius = radius  # m, the robot's
+        self._tracks: list[_Track] = []
+
+    def track(
+        self, tick: int, pose: Pose, hits: Collection[Point], scan: Scan, told: Iterable[Moving] = ()
+    ) -> tuple[MovingObstacle, ...]:
+        """Return the threats near the robot at this tick.
+
+        ``hits`` [m] are the points where rays of the ``scan`` hit unexpected obstacles; ``told`` is what others saw.
+        """
+        left = list(hits)
+        while left:
+            nearest = min(left, key=lambda hit: distance(hit, pose))
+            self._see(tick, pose, [hit for hit in left if distance(hit, nearest) < WIDE])
+            left = [hit for hit in left if distance(hit, nearest) >= WIDE]
+        self._tracks = [track for track in self._tracks if self._lasts(track, tick, pose, scan)]
+        found: list[MovingObstacle] = []
+        for one in sorted((*self.seen(), *told), key=lambda one: -one.tick):
+            now = self._at(one, tick)
+            old = tick - one.tick
+            if old >= COMING or distance(now, pose) >= NEAR or any(distance(now, other) < WIDE for other in found):
+                continue
+            if not (old and scan.sees_beyond((now.x, now.y), pose, WIDE, self._radius)):
+                found.append(now)
+        return tuple(found)
+
+    def seen(self) -> tuple[Moving, ...]:
+        """Return the obstacles that this robot has lately seen to move."""
+        return tuple([track.moving for track in self._tracks if track.moving is not None])
+
+    def _at(self, one: Moving, tick: int) -> MovingObstacle:
+        """Return where an obstacle is at this tick if it has moved straight on."""
+        age = (tick - one.tick) * self._dt
+        return MovingObstacle(one.x + one.vx * age, one.y + one.vy * age, one.vx, one.vy)
+
+    def _lasts(self, track: "_Track", tick: int, pose: Pose, scan: Scan) -> bool:
+        """Return False if the obstacle was not seen for long, or if rays go through where it should be."""
+        track.noted = [(then, place) for then, place in track.noted if then >= tick - NOTED]
+        one = track.moving
+        if one is not None and one.tick < tick and (not track.noted or track.noted[-1][0] < tick):
+            now = self._at(one, tick)
+            if tick - one.tick >= COMING or scan.sees_beyond((now.x, now.y), pose, WIDE, self._radius):
+                track.moving = None
+        return track.moving is not None or bool(track.noted)
+
+    def _see(self, tick: int, pose: Pose, edge: list[Point]) -> None:
+        """Record where an obstacle is whose ``edge`` [m] rays hit."""
+        nearest = min(edge, key=lambda hit: distance(hit, pose))
+        about = _beyond(nearest, pose)
+        known = [
+            (distance(place, about), number)
+            for number, track in enumerate(self._tracks)
+            if distance(place := self._place(track, tick), about) < WIDE
+        ]
+        if known:
+            track = self._tracks[min(known)[1]]
+        else:
+            track = _Track()
+            self._tracks.append(track)
+        now = self._at(track.moving, tick) if track.moving is not None else None
+        place = _middle(pose, edge, now)
+        track.noted.append((tick, place))
+        before = next(place for then, place in track.noted if then >= tick - LATELY)
+        came = distance(before, pose) - distance(place, pose)
+        long = track.noted[0][0] <= tick - LATELY
+        if (long and abs(came) > NEARER) or (came > 0.0 and track.moving is not None):
+            track.moving = Moving(*place, *track.velocity(self._dt), tick)
+
+    def _place(self, track: "_Track", tick: int) -> Point:
+        """Return where the obstacle of a track should be [m]."""
+        if track.moving is not None:
+            return self._at(track.moving, tick)[:2]
+        return track.noted[-1][1]
+
+
+class _Track:
+    """One obstacle that is seen or was seen lately."""
+
+    def __init__(self) -> None:
+        self.noted: list[tuple[int, Point]] = []  # when and where it was seen
+        self.moving: Moving | None = None  # what it did when it was last seen to move
+
+    def velocity(self, dt: float) -> Point:
+        """Return the slope of the least-squares line through the places [m/s]."""
+        ticks, places = zip(*self.noted, strict=True)
+        middle = sum(ticks) / len(ticks)
+        spread = sum((tick - middle) ** 2 for tick in ticks) * dt or 1.0
+        vx, vy = (
+            sum((tick - middle) * place[axis] for tick, place in zip(ticks, places, strict=True)) / spread
+            for axis in (0, 1)
+        )
+        return vx, vy
+
+
+def _middle(pose: Pose, edge: Collection[Point], known: MovingObstacle | None) -> Point:
+    """Fit a disc to an obstacle's edge; return its centre [m].
+
+    One ray does not tell how far to the side the centre is: the fit begins where it is ``known`` to be.
+    """
+    x, y = _beyond(min(edge, key=lambda hit: distance(hit, pose)), pose)
+    if known is not None and distance(known, (x, y)) < WIDE:
+        x, y, _, _ = known
+    for _ in range(FITS):
+        middles = [_beyond(hit, (2 * hit[0] - x, 2 * hit[1] - y)) for hit in edge]
+        x, y = (sum(values) / len(edge) for values in zip(*middles, strict=True))
+    return x, y
+
+
+def _beyond(hit: Point, origin: tuple[float, ...]) -> Point:
+    """Return the point [m] half a width behind a hit, as seen from ``origin``."""
+    share = HALF_WIDTH / (distance(hit, origin) or 1.0)
+    return hit[0] + share * (hit[0] - origin[0]), hit[1] + share * (hit[1] - origin[1])
+
+
+class BlockedByObstacle:
+    """Detects that moving obstacles have long kept a robot from its goal, although it holds the next cell."""
+
+    def __init__(self) -> None:
+        self._goal: int | None = None  # cell
+        self._progress = ProgressChecker(shorter_way())  # a longer way is no new one: to flee and come back is none
+        self._threatened = 0  # ticks under a threat, with a cell to drive into
+
+    def check(self, progress: RouteProgress, body: int, goal: int, *, threatened: bool) -> int | None:
+        """Return the next cell if it is time to give it up, or None; call it once a tick."""
+        held = list(zip(progress.reservations.held, progress.steps, strict=True))[progress.place(body) + 1 :]
+        ahead = [cell for cell, step in held if step != BESIDE]
+        left = len(ahead) + len(progress.route)
+        self._threatened += threatened and bool(ahead)
+        if goal != self._goal:
+            self._goal = goal
+            self._progress.forget()
+        if self._progress.check(left, self._threatened) < KEPT or not ahead:
+            return None
+        self._progress.forget()
+        return ahead[0]

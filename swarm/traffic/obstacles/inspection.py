@@ -1,14 +1,16 @@
 """What a robot does about silent robots: where they may stand, and a look at a cell that only they keep."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
+from enum import Enum
+from math import cos, inf, pi, sin, sqrt
 from typing import Final, NamedTuple
 
-from swarm.geometry import Pose, bearing, distance
+from swarm.geometry import Pose, bearing, distance, wrap
 from swarm.maps.occupancy import Point
 from swarm.messages.traffic import Record, Sighting
 from swarm.traffic.interface import TrafficInputs
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
-from swarm.traffic.obstacles.scan import View, has_gone, is_out_of_range, view
+from swarm.traffic.obstacles.scan import EDGE, Reading
 from swarm.traffic.peers.sightings import keeps
 from swarm.traffic.peers.situation import Situation
 from swarm.traffic.reservations.route import RouteProgress
@@ -16,6 +18,8 @@ from swarm.traffic.settings import LEANS, TrafficConstants
 
 FACING: Final = 0.1  # rad, how far off its heading a cell may be for a look
 CENTRED: Final = 0.25  # m, how far a robot may be from the middle of its cell for a look
+SHORT: Final = 0.05  # m; readings that differ by less count as equal
+HIT: Final = 0.8  # of a body's radius; a ray that passes its middle nearer hits it for sure
 
 
 class Inspection(NamedTuple):
@@ -112,3 +116,64 @@ class Inspector:
                 return place
             self._gone[robot] = record.stamp
         return None
+
+
+class View(Enum):
+    """What a robot sees of the next cell."""
+
+    EMPTY = "empty"
+    OCCUPIED = "occupied"
+    HIDDEN = "hidden"  # something stands before it
+
+
+def view(readings: Iterable[Reading], pose: Pose, cell: int, cells: CellMap, radius: float) -> View:
+    """Judge a cell by the rays that cross it. ``radius`` [m] is the robot's: rays begin at its edge."""
+    through = hidden = 0
+    for reading in readings:
+        enters, leaves = _crossing(pose, reading.bearing, cells.centre(cell), cells.side)
+        wall = radius + reading.expected
+        if leaves <= enters or wall <= enters:
+            continue  # the ray misses the cell, or a wall of the map is in front of the cell
+        hit = radius + reading.measured
+        if hit >= min(leaves, wall) - SHORT:
+            through += 1
+        elif hit >= enters - EDGE:
+            return View.OCCUPIED
+        else:
+            hidden += 1
+    return View.EMPTY if through > hidden else View.HIDDEN
+
+
+def has_gone(body: Point, pose: Pose, readings: Iterable[Reading], radius: float) -> bool:
+    """Return True if a ray points at where a body was [m, its centre], and sees beyond its near edge."""
+    away, direction = distance(pose, body), bearing(pose, body)
+    for reading in readings:
+        off = wrap(direction - reading.bearing)
+        beside = away * abs(sin(off))
+        if abs(off) > pi / 2 or beside > HIT * radius:
+            continue
+        near_edge = away * cos(off) - sqrt(radius**2 - beside**2) - radius
+        if reading.measured > near_edge + 2 * SHORT:
+            return True
+    return False
+
+
+def is_out_of_range(body: Point, pose: Pose, settings: TrafficConstants) -> bool:
+    """Return True if a body [m, its centre] is so far away that no ray shows whether it has gone."""
+    near_edge = distance(pose, body) - (1 + sqrt(1 - HIT**2)) * settings.radius  # m, the farthest hit on it
+    return near_edge + 2 * SHORT > settings.sensor_range
+
+
+def _crossing(pose: Pose, off: float, centre: Point, side: float) -> tuple[float, float]:
+    """Return how far [m] from the robot's centre a ray enters a square, and how far it leaves it."""
+    enters, leaves = 0.0, inf
+    heading = pose.yaw + off
+    for start, middle, slope in ((pose.x, centre[0], cos(heading)), (pose.y, centre[1], sin(heading))):
+        low, high = middle - side / 2 - start, middle + side / 2 - start
+        if abs(slope) < 1e-9:
+            if not low <= 0.0 <= high:
+                return inf, 0.0
+            continue
+        near, far = sorted((low / slope, high / slope))
+        enters, leaves = max(enters, near), min(leaves, far)
+    return enters, leaves

@@ -129,10 +129,6 @@ class PeerRecords:
         further = record.ahead[: self._settings.horizon]
         return replace(record, held=(*further, *record.held)) if record.held else record
 
-    def silent(self, robot: str, tick: int) -> bool:
-        """Return True if, as far as known, a robot has said nothing for so long that it counts as silent."""
-        return tick - self._known[robot].record.stamp > self._settings.fresh
-
     def fresh(self, tick: int) -> dict[str, Record]:
         """Return the records of all robots that are not silent."""
         return self._live_at(tick).records

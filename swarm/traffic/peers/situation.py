@@ -15,12 +15,12 @@ class Situation(NamedTuple):
     cells: CellMap
     head: int  # cell
     goal: int  # cell
-    idle: bool  # it has no goal and only needs a place to stand
-    moved: int  # tick of its last progress
-    blocked: frozenset[int]  # cells in which a robot saw an unexpected body
-    cleared: Cleared  # cells of silent robots that a robot saw empty
     others: Mapping[str, Record]
     fresh: Mapping[str, Record]
+    idle: bool = False  # it has no goal and only needs a place to stand
+    moved: int = 0  # tick of its last progress
+    blocked: frozenset[int] = frozenset()  # cells in which a robot saw an unexpected body
+    cleared: Cleared = frozenset()  # cells of silent robots that a robot saw empty
     done: bool = False  # it has no stop left
     wants: int = 0  # tick since which it has had this goal
     bodies: Callable[[], frozenset[int]] = frozenset  # cells in which silent robots were last heard, and may stand

@@ -1,8 +1,11 @@
-"""Robots that are heard but say nothing of traffic: the cells that each of them covers, as if it held them.
+"""Robots that are heard but say nothing of traffic: the cells that each covers, and moving aside for one.
 
 Such a *mute* robot follows no rule of ours. It is never asked for anything and never waited for beyond the cells under
 its body and its brake. They are computed from its last two broadcasts, and are not relayed: a robot claims cells up to
 (range - 1 m)/2 away, so a mute robot that covers one of them is in range itself, unless walls stop the radio.
+
+A mute robot does not say where it wants to be. It may want to be where this robot stands. So a robot that has stood
+beside one for long drives away for a while, and then comes back.
 """
 
 from collections.abc import Collection, Iterable, Mapping
@@ -22,6 +25,14 @@ STEP: Final = 0.1  # m, between two points of a path
 LONGEST: Final = 1.0  # s for which it is assumed to drive on unheard
 STAYS: Final = 40  # ticks, 2 s at 20 Hz, after which a covered cell counts as occupied for good: ways lead round it
 SAYS: Final = 200  # ticks, 10 s at 20 Hz, for which a robot has waited for mute robots only, after which it says so
+
+# moving aside; these numbers are choices, not measurements; the seconds hold at 20 Hz only
+NEAR: Final = 1.5  # cell sides; a mute robot so near may want this place: diagonal neighbours are 1.41 apart
+CLEAR: Final = 2.0  # cell sides from a mute robot to a place aside: a cell between them stays free for it
+FARTHEST: Final = 6  # cells, the longest way to a place aside: there and back stays short beside ``LASTS``
+PLACES: Final = 4  # nearest places, tried in turn: the first may be where the mute robot wants to be next
+LASTS: Final = 300  # ticks (15 s) aside, with the way there: a mute robot has time to notice and to drive on
+MOVED: Final = 0.3  # m; a robot that has moved farther does not stand; less is a turn on the spot or a nudge
 
 
 class Spoken(NamedTuple):
@@ -149,3 +160,43 @@ def _motion(before: Spoken, last: Spoken, settings: TrafficConstants) -> Twist:
     along = dx * cos(last.pose.yaw - turned / 2) + dy * sin(last.pose.yaw - turned / 2)
     linear = min(settings.speed, arc * hypot(dx, dy) / time)
     return Twist(linear if along >= 0 else -linear, turned / time)
+
+
+class StepAside:
+    """Decides when one robot moves aside, and where to."""
+
+    def __init__(self) -> None:
+        self._at: Pose | None = None  # where it stands
+        self._since = 0  # tick since which it stands there, or moves aside
+        self._to: Point | None = None  # m, the place aside; None: it does not move aside
+        self._times = 0  # how often it has moved aside
+
+    def decide(
+        self, tick: int, pose: Pose, mutes: Mutes, head: int, taken: Collection[int], cells: CellMap, *, stands: bool
+    ) -> Point | None:
+        """Return the place aside [m] to drive to, or None: it does not move aside. Call it once a tick.
+
+        The way to that place does not lead through cells that are ``taken``. ``head`` is the cell to start from. A
+        robot that was told to stop ``stands``.
+        """
+        if self._to is not None and tick < self._since + LASTS and not stands:
+            return self._to
+        near = mutes.waiting(pose, NEAR * cells.side)
+        moved = self._at is None or distance(self._at, pose) > MOVED
+        if not near or moved or self._to is not None or stands:
+            self._at, self._since, self._to = pose, tick, None
+        elif tick - self._since >= SAYS:
+            self._since, self._to = tick, self._place(near, head, taken, cells)  # it drives there from the next tick on
+        return None
+
+    def _place(self, near: Collection[Pose], head: int, taken: Collection[int], cells: CellMap) -> Point | None:
+        """Return the centre [m] of a cell clear of the mute robots ``near``: each time another one, if there is any."""
+        steps = cells.distances(head, frozenset(taken) - {head})
+        reached = [cell for cell, far in enumerate(steps) if far <= FARTHEST and cells.stands[cell]]
+        places = {cell: cells.centre(cell) for cell in reached}
+        clear = sorted(
+            [cell for cell, at in places.items() if all(distance(at, one) >= CLEAR * cells.side for one in near)],
+            key=lambda cell: (steps[cell], cell),
+        )[:PLACES]
+        self._times += bool(clear)
+        return places[clear[self._times % len(clear)]] if clear else None

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from swarm.geometry import Pose, distance, from_frame
 from swarm.maps.occupancy import WALL, OccupancyMap, Point
-from swarm.motion.sweep import gap
+from swarm.motion.drive import gap
 from swarm.planning.grid import Grid
 from swarm.planning.path import line_is_free
 from swarm.robot.driving.aim import Aiming, distance_along

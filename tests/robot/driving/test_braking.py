@@ -8,7 +8,7 @@ from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 from swarm.geometry import Pose
-from swarm.motion.sweep import LONGEST, path_room
+from swarm.motion.drive import LONGEST, path_room
 from swarm.planning.grid import Grid
 from swarm.robot.driving.aim import Aiming
 from swarm.robot.driving.safety import DriveState, SafetyFilter

@@ -12,7 +12,8 @@ from swarm.planning.grid import Grid
 from swarm.robot.driving.aim import Aiming
 from swarm.robot.driving.evasion import Evasion
 from swarm.robot.driving.safety import STAND, Constraints, DriveState, SafetyFilter
-from swarm.traffic.obstacles.tracker import HALF_WIDTH, MovingObstacle
+from swarm.traffic.interface import MovingObstacle
+from swarm.traffic.obstacles.detector import HALF_WIDTH
 from tests.robot.driving.shared import (
     DRIVE,
     DT,

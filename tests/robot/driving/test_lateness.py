@@ -9,10 +9,10 @@ from swarm.geometry import Pose, Twist
 from swarm.messages import COMMAND
 from swarm.motion.drive import ramp
 from swarm.planning.grid import Grid
-from swarm.robot.driving.lateness import DIFFERS, Lateness
-from swarm.robot.driving.safety import DriveState, SafetyFilter
+from swarm.robot.driving.safety import DIFFERS, DriveState, Lateness, SafetyFilter
 from swarm.robot.tuning import SAFETY
-from swarm.traffic.obstacles.tracker import HALF_WIDTH, MovingObstacle
+from swarm.traffic.interface import MovingObstacle
+from swarm.traffic.obstacles.detector import HALF_WIDTH
 from tests.robot.driving import shared as driving
 from tests.robot.driving.shared import SETTINGS, constraints, sense_of
 from tests.shared import scenario_of

@@ -16,10 +16,10 @@ from swarm.robot.driving.safety import STAND, DriveState
 from swarm.robot.navigator import Navigator
 from swarm.robot.tuning import SCALE
 from swarm.scenario.prepare import planning_grid
+from swarm.traffic.interface import MovingObstacle, TrafficActivity, TrafficInputs, TrafficOutputs
 from swarm.traffic.lattice.cell_map import CellMap
 from swarm.traffic.lattice.placement import cells_of, traffic_settings
-from swarm.traffic.obstacles.tracker import MovingObstacle
-from swarm.traffic.step import Traffic, TrafficActivity, TrafficInputs, TrafficOutputs
+from swarm.traffic.step import Traffic
 from tests.robot.driving.shared import rolled, sense_of, to_a_stand, told
 from tests.shared import ROOM, scenario_of
 

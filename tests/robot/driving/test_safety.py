@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from swarm.geometry import Pose, Twist, distance, from_frame
-from swarm.motion.sweep import GRAZE, TIGHT, clearance_along, first_clear
+from swarm.motion.drive import GRAZE, TIGHT, clearance_along, first_clear
 from swarm.planning.grid import Grid
 from swarm.robot.driving.aim import Aiming
 from swarm.robot.driving.safety import NO_BODIES, STAND, DriveState, SafetyFilter

@@ -6,9 +6,8 @@ import pytest
 from msgspec.structs import replace
 
 from swarm.messages.traffic import Claim, Entry, Epoch, JointPlan, Record
-from swarm.traffic.joint.conflict import named_leader, reason
-from swarm.traffic.joint.following import Following
-from swarm.traffic.joint.states import Free, Memory, Speaks
+from swarm.traffic.joint.member import named_leader, reason
+from swarm.traffic.joint.states import Following, Free, Memory, Speaks
 from swarm.traffic.peers.situation import Situation
 from swarm.traffic.settings import TrafficConstants
 from tests.traffic.maps import Drawn
@@ -29,8 +28,7 @@ def record(robot: str, *held: int, ahead: tuple[int, ...] = (), **fields: object
 def why(own: Record, *fresh: Record) -> str | None:
     others: Mapping[str, Record] = {one.robot: one for one in fresh}
     situation = Situation(
-        tick=NOW, cells=LINE.cells, head=own.held[-1], goal=F, idle=False, moved=own.moved, blocked=frozenset(), cleared=frozenset(),
-        others=others, fresh=others,
+        tick=NOW, cells=LINE.cells, head=own.held[-1], goal=F, moved=own.moved, others=others, fresh=others
     )  # fmt: skip
     speaks = Speaks(own.robot, own.held, own.ahead, own.waits, own.epoch, own.moved, situation)
     return reason(speaks, SETTINGS)
@@ -135,8 +133,7 @@ FOLLOWER = Following(
 
 def at(others: dict[str, Record], fresh: dict[str, Record] | None = None, tick: int = NOW) -> Situation:
     return Situation(
-        tick=tick, cells=LINE.cells, head=F, goal=E, idle=False, moved=0, blocked=frozenset(), cleared=frozenset(), others=others,
-        fresh=others if fresh is None else fresh,
+        tick=tick, cells=LINE.cells, head=F, goal=E, others=others, fresh=others if fresh is None else fresh
     )  # fmt: skip
 
 

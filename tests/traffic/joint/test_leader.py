@@ -32,10 +32,7 @@ def record(robot: str = "r2", **fields: object) -> Record:
 
 def situation(*fresh: Record, tick: int = NOW) -> Situation:
     heard = {one.robot: one for one in fresh}
-    return Situation(
-        tick=tick, cells=FLOOR.cells, head=A, goal=B, idle=False, moved=0, blocked=frozenset(), cleared=frozenset(), others=heard,
-        fresh=heard,
-    )  # fmt: skip
+    return Situation(tick=tick, cells=FLOOR.cells, head=A, goal=B, others=heard, fresh=heard)
 
 
 # --- being named ---
@@ -234,12 +231,13 @@ IGNORED: dict[str, tuple[tuple[Record, ...], tuple[str, ...]]] = {  # what is he
 def test_who_does_not_follow_after_40_ticks_is_named(name: str) -> None:
     fresh, named = IGNORED[name]
     memory = part(unconfirmed=Published(PLAN, NOW))
-    assert leading.ignored(memory, situation(*fresh, tick=NOW + 40)) == ()
+    assert leading.ignored(memory, Free(), situation(*fresh, tick=NOW + 40)) is None
     assert memory.unconfirmed is not None
-    events = leading.ignored(memory, situation(*fresh, tick=NOW + 41))
-    assert tuple(event.robots[0] for event in events) == named
+    move = leading.ignored(memory, Free(), situation(*fresh, tick=NOW + 41))
+    assert move is not None
+    assert tuple(event.robots[0] for event in move.events) == named
     assert memory.unconfirmed is None
-    assert leading.ignored(memory, situation(*fresh, tick=NOW + 42)) == ()
+    assert leading.ignored(memory, Free(), situation(*fresh, tick=NOW + 42)) is None
 
 
 def test_a_plan_is_carried_for_100_ticks() -> None:

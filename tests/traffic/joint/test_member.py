@@ -26,11 +26,8 @@ def calls(epoch: Epoch, *members: str, by: str | None = None) -> Record:
 
 
 def situation(*fresh: Record, tick: int = NOW, others: tuple[Record, ...] = ()) -> Situation:
-    heard = {record.robot: record for record in fresh}
-    return Situation(
-        tick=tick, cells=Drawn("ab").cells, head=0, goal=1, idle=False, moved=0, blocked=frozenset(), cleared=frozenset(),
-        others=heard | {record.robot: record for record in others}, fresh=heard,
-    )  # fmt: skip
+    heard, silent = ({record.robot: record for record in records} for records in (fresh, others))
+    return Situation(tick=tick, cells=Drawn("ab").cells, head=0, goal=1, others=heard | silent, fresh=heard)
 
 
 SILENT = Record(robot="r9", stamp=NOW, x=0.0, y=0.0, goal=0)

@@ -24,8 +24,7 @@ NOBODY: Mapping[str, Record] = {}
 
 def situation(others: Mapping[str, Record] = NOBODY, **changes: object) -> Situation:
     plain = Situation(
-        tick=100, cells=FLOOR.cells, head=A, goal=H, idle=False, moved=3, blocked=frozenset(), cleared=frozenset(), others=others,
-        fresh=others, done=True, wants=4,
+        tick=100, cells=FLOOR.cells, head=A, goal=H, moved=3, others=others, fresh=others, done=True, wants=4
     )  # fmt: skip
     return plain._replace(**changes)  # type: ignore[arg-type]
 

@@ -6,8 +6,7 @@ from functools import partial
 import pytest
 
 from swarm.messages.traffic import Record
-from swarm.traffic.joint.assignment import Displaced, assign
-from swarm.traffic.joint.problem import RELAXATIONS, Relaxation, Round
+from swarm.traffic.joint.problem import RELAXATIONS, Displaced, Relaxation, Round, assign
 from swarm.traffic.joint.protocol import JointPlanning
 from swarm.traffic.joint.states import Free
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
@@ -24,10 +23,7 @@ def situation(
     cells: CellMap, tick: int, head: int, goal: int, others: Mapping[str, Record], fresh: Mapping[str, Record]
 ) -> Situation:
     """Where nobody has seen anything that was not told of."""
-    return Situation(
-        tick=tick, cells=cells, head=head, goal=goal, idle=False, moved=0, blocked=frozenset(), cleared=frozenset(),
-        others=others, fresh=fresh,
-    )  # fmt: skip
+    return Situation(tick=tick, cells=cells, head=head, goal=goal, others=others, fresh=fresh)
 
 
 @pytest.mark.parametrize(("where", "round_it"), [("n", True), ("f", False)], ids=["near", "out of hearing"])
@@ -37,7 +33,7 @@ def test_the_silent_are_planned_round_only_where_they_must_be(where: str, round_
     joint = JointPlanning("r1", TrafficConstants(radio_range=8.0))
     joint.call = Free(need="r1")
     for tick in range(100, 200):
-        joint.step(situation(ROUND.cells, tick, start, goal, {"r9": silent}, {}))
+        joint.take(situation(ROUND.cells, tick, start, goal, {"r9": silent}, {}))
         if joint.following is not None:
             break
     assert joint.following is not None
@@ -119,7 +115,7 @@ def test_a_jam_is_called_unsolvable_only_where_each_was_planned_to_its_own_targe
                 robot=f"r{number}", stamp=tick, x=x, y=y, goal=wish, held=(head,), frozen=joint.frozen
             )
         mine = others.pop("r1")
-        events += joint.step(
+        events += joint.take(
             situation(ROW_OF_FOUR.cells, tick, mine.held[-1], mine.goal, dict(others), dict(others))
         ).events
     assert [(event.kind, event.robots) for event in events] == [(kind, who)]
@@ -146,7 +142,7 @@ def test_what_shuts_the_way_but_is_no_wall_makes_no_jam_unsolvable(what: str) ->
             found = (
                 found._replace(blocked=cells) if what == "blocked" else found._replace(bodies=partial(frozenset, cells))
             )
-            events += joint.step(found).events
+            events += joint.take(found).events
             if joint.following is not None:
                 break
         said[shut] = [(event.kind, joint.following is not None) for event in events]
@@ -167,7 +163,7 @@ def test_the_last_attempt_leads_into_a_cell_that_a_dead_body_may_have_left() -> 
         found = situation(square.cells, tick, a, e, other | {"r3": dead}, other)._replace(
             bodies=lambda: frozenset({d, f})
         )
-        events = joint.step(found).events
+        events = joint.take(found).events
         if joint.following is not None:
             break
     assert [event.kind for event in events] == ["joint_plan"]

@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 
 from swarm.geometry import Pose, from_frame
 from swarm.maps.occupancy import OccupancyMap
-from swarm.traffic.lattice.breadth_first import FAR
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
-from swarm.traffic.lattice.fitting import OPEN, measure
+from swarm.traffic.lattice.discs import OPEN, measure
+from swarm.traffic.lattice.distances import FAR
 from swarm.traffic.lattice.placement import best_offset
 from swarm.traffic.own_route import own_way
 from tests.traffic.maps import BAY, SIDE, Drawn

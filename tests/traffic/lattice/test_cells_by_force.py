@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from swarm.geometry import Pose
 from swarm.maps.occupancy import FREE, UNKNOWN, WALL, OccupancyMap, Point
-from swarm.traffic.lattice.breadth_first import FAR
 from swarm.traffic.lattice.cell_map import OUTSIDE, SIGHT, CellMap
+from swarm.traffic.lattice.distances import FAR
 from tests.shared import with_block
 
 FINE = 0.2  # m, a square of the map

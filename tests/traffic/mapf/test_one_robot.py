@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from swarm.traffic.lattice.breadth_first import FAR
+from swarm.traffic.lattice.distances import FAR
 from swarm.traffic.mapf.check import faults
 from swarm.traffic.mapf.lacam import SearchState
 from swarm.traffic.mapf.one_robot import OneRobot

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from swarm.traffic.lattice.breadth_first import FAR
 from swarm.traffic.lattice.cell_map import CellMap
+from swarm.traffic.lattice.distances import FAR
 from swarm.traffic.mapf import planner as joint_search
 from swarm.traffic.mapf.best_first import BestFirst
 from swarm.traffic.mapf.check import faults

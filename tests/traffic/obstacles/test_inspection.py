@@ -1,6 +1,6 @@
 """Looks at a cell that only a silent robot keeps: when a robot looks, what it judges, and what it forgets."""
 
-from math import pi
+from math import atan2, cos, pi, sin
 from typing import Any
 
 import pytest
@@ -8,13 +8,13 @@ from msgspec.structs import replace
 
 from swarm.messages.traffic import Claim, Record, Sighting
 from swarm.traffic.interface import TrafficInputs
-from swarm.traffic.obstacles.inspection import Inspection, Inspector
-from swarm.traffic.obstacles.scan import Scan
+from swarm.traffic.obstacles.inspection import Inspection, Inspector, View, has_gone, is_out_of_range, view
+from swarm.traffic.obstacles.scan import Reading, Scan
 from swarm.traffic.peers.situation import Situation
 from swarm.traffic.reservations.route import ALONE, RouteProgress
 from swarm.traffic.reservations.rules import Reservations
 from swarm.traffic.settings import TrafficConstants
-from tests.traffic.maps import Drawn
+from tests.traffic.maps import SIDE, Drawn
 
 ROW = Drawn("abcde")
 A, B, C, D, E = ROW.at("abcde")
@@ -46,8 +46,7 @@ def looked(
     """Look from ``at`` [m] right of the middle of b; every ray measures the same."""
     heard = {record.robot: record for record in others}
     situation = Situation(
-        tick=NOW, cells=ROW.cells, head=B, goal=E, idle=False, moved=0, blocked=frozenset(), cleared=cleared, others=heard,
-        fresh={robot: heard[robot] for robot in fresh},
+        tick=NOW, cells=ROW.cells, head=B, goal=E, cleared=cleared, others=heard, fresh={robot: heard[robot] for robot in fresh}
     )  # fmt: skip
     pose = ROW.pose(B, yaw)
     scan = Scan(RAYS, [measured] * len(RAYS), lambda bearings: [FAR] * len(bearings))
@@ -146,3 +145,130 @@ def test_a_cell_that_something_hides_is_judged_from_where_the_robot_leans() -> N
     assert looked(one, last, waits=(), at=0.15, measured=0.0) == NOTHING, "on its way"
     assert looked(one, last, waits=(), at=0.29, measured=0.0) == TAKEN
     assert one.leans_to is None
+
+
+# --- what the rays show of a cell, and of a body ---
+
+FLOOR = Drawn(".....", "..a..", ".....")
+(MIDST,) = FLOOR.at("a")
+HERE = FLOOR.pose(MIDST)
+OPEN = 9.0  # m, nothing as far as a ray goes
+FAN = (-0.4, -0.2, 0.0, 0.2, 0.4)  # rad
+NEXT = 0.5 * SIDE - 0.2  # m, from the edge of a robot in the middle of its cell to the next cell
+FAR_EDGE = 1.5 * SIDE - 0.2
+
+
+def fan(**measured: float) -> list[Reading]:
+    """Rays that see as far as the map lets them, but for those named: right, half_right, ahead, half_left, left."""
+    names = ("right", "half_right", "ahead", "half_left", "left")
+    walls = [min(OPEN, 0.6 / abs(sin(angle)) - 0.2) if angle else OPEN for angle in FAN]  # m, of a corridor 1.2 m wide
+    return [Reading(measured.get(name, wall), wall, angle) for name, angle, wall in zip(names, FAN, walls, strict=True)]
+
+
+# fmt: off
+VIEWS: dict[str, tuple[list[Reading], View]] = {
+    "nothing but the map's walls":        (fan(),                                            View.EMPTY),
+    "as far as its far edge":             (fan(ahead=FAR_EDGE),                              View.EMPTY),
+    "less than that":                     (fan(ahead=FAR_EDGE - 0.1),                        View.OCCUPIED),
+    "just inside":                        (fan(ahead=NEXT + 0.01),                           View.OCCUPIED),
+    "in its corner":                      (fan(left=0.9),                                    View.OCCUPIED),
+    "before a wall":                      (fan(right=1.2),                                   View.OCCUPIED),
+    "one ray ends before it":             (fan(left=0.1),                                    View.EMPTY),
+    "most rays end before it":            (fan(half_right=0.1, ahead=0.1, half_left=0.1),    View.HIDDEN),
+    "the map has a wall before it":       ([Reading(0.3, 0.3, 0.0)],                         View.HIDDEN),
+    "no ray goes there":                  ([Reading(OPEN, OPEN, 2.0)],                       View.HIDDEN),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", VIEWS)
+@pytest.mark.parametrize("yaw", [0.0, 0.2, -0.2])
+def test_what_the_rays_say_of_the_next_cell(name: str, yaw: float) -> None:
+    readings, seen = VIEWS[name]
+    turned = [reading._replace(bearing=reading.bearing - yaw) for reading in readings]
+    assert view(turned, HERE._replace(yaw=yaw), MIDST + 1, FLOOR.cells, 0.2) is seen
+
+
+@pytest.mark.parametrize(
+    ("away", "off", "measured", "gone"),
+    [
+        (1.2, 0.0, 1.6, True),  # the ray sees beyond where the body was
+        (1.2, 0.05, 1.6, True),  # and through a part of it
+        (1.2, 0.0, 0.8, False),  # the body is what it sees
+        (1.2, 0.2, 1.6, False),  # no ray points there
+        (1.2, pi, 1.6, False),
+        (3.0, 0.0, 1.6, False),  # too far off to be seen
+    ],
+)
+def test_a_body_has_gone_where_a_ray_sees_beyond_it(away: float, off: float, measured: float, gone: bool) -> None:
+    body = HERE.x + away * cos(HERE.yaw + off), HERE.y + away * sin(HERE.yaw + off)
+    assert has_gone(body, HERE, [Reading(measured, 1.6, 0.0)], 0.2) is gone
+
+
+@pytest.mark.parametrize(("away", "hidden"), [(1.0, False), (1.81, False), (1.83, True), (3.0, True)])
+def test_what_is_beyond_the_rays_is_looked_at_from_nearer(away: float, hidden: bool) -> None:
+    settings = TrafficConstants(radius=0.2, sensor_range=1.6)
+    assert is_out_of_range((HERE.x + away, HERE.y), HERE, settings) is hidden
+
+
+# fmt: off
+GONE: list[tuple[float, float, float, bool]] = [  # how far off it was [m], how far off the ray points [rad], what it measures
+    (1.2,  0.0,   0.89, False),  # its near edge is 0.8 m from the robot's; 0.1 m more counts
+    (1.2,  0.0,   0.91, True),
+    (1.2,  0.1,   0.93, False),  # 0.12 m beside its middle its edge is at 0.834 m
+    (1.2,  0.1,   0.94, True),
+    (1.2,  -0.1,  0.93, False),
+    (1.2,  -0.1,  0.94, True),
+    (1.2,  0.132, 1.6,  True),   # 0.158 m beside its middle; what is 0.16 m beside it may miss the body
+    (1.2,  0.136, 1.6,  False),
+    (0.15, 1.1,   1.6,  True),
+    (0.15, 2.1,   1.6,  False),  # it points away
+]
+# fmt: on
+
+
+@pytest.mark.parametrize(("away", "off", "measured", "gone"), GONE)
+@pytest.mark.parametrize("yaw", [0.0, 2.5])
+def test_where_a_body_was_a_ray_has_to_see_beyond_its_edge(
+    away: float, off: float, measured: float, gone: bool, yaw: float
+) -> None:
+    body = HERE.x + away * cos(yaw), HERE.y + away * sin(yaw)
+    reading = Reading(measured, 1.6, -0.3 - off)
+    assert has_gone(body, HERE._replace(yaw=yaw + 0.3), [reading], 0.2) is gone
+
+
+# fmt: off
+CROSSINGS: list[tuple[list[tuple[float, float, float]], View]] = [  # bearing, measured and expected of rays
+    ([(0.0, 1.56, OPEN)],                                      View.EMPTY),     # it leaves the cell at 1.8 m - 0.2 m
+    ([(0.0, 1.54, OPEN)],                                      View.OCCUPIED),
+    ([(0.0, 0.31, OPEN)],                                      View.OCCUPIED),  # it enters it at 0.6 m - 0.2 m
+    ([(0.0, 0.29, OPEN)],                                      View.HIDDEN),
+    ([(0.0, 0.96, 1.0)],                                       View.EMPTY),     # a wall within the cell
+    ([(0.0, 0.94, 1.0)],                                       View.OCCUPIED),
+    ([(0.0, 0.39, 0.39)],                                      View.HIDDEN),    # a wall before it
+    ([(0.0, 0.41, 0.41)],                                      View.EMPTY),
+    ([(0.4, 1.30, OPEN)],                                      View.EMPTY),     # it leaves it to a side at 1.54 m - 0.2 m
+    ([(0.4, 1.28, OPEN)],                                      View.OCCUPIED),
+    ([(-0.4, 1.30, OPEN)],                                     View.EMPTY),
+    ([(-0.4, 1.28, OPEN)],                                     View.OCCUPIED),
+    ([(0.4, 0.36, OPEN)],                                      View.OCCUPIED),  # it enters it at 0.65 m - 0.2 m
+    ([(0.4, 0.34, OPEN)],                                      View.HIDDEN),
+    ([(pi / 2, 1.6, OPEN)],                                    View.HIDDEN),    # rays that miss it
+    ([(-pi / 2, 1.6, OPEN)],                                   View.HIDDEN),
+    ([(pi, 1.6, OPEN)],                                        View.HIDDEN),
+    ([(0.8, 1.6, OPEN)],                                       View.HIDDEN),
+    ([(0.0, 1.6, OPEN), (0.1, 0.1, OPEN)],                     View.HIDDEN),    # as many rays end before it
+    ([(0.0, 1.6, OPEN), (0.1, 0.1, OPEN), (0.2, 1.6, OPEN)],   View.EMPTY),
+    ([(0.0, 0.1, OPEN), (0.1, 0.1, OPEN), (0.2, 1.6, OPEN)],   View.HIDDEN),
+]
+# fmt: on
+
+
+@pytest.mark.parametrize(("rays", "seen"), CROSSINGS)
+@pytest.mark.parametrize(("across", "up"), [(1, 0), (0, 1), (-1, 0), (0, -1)])
+def test_where_a_ray_enters_a_cell_and_leaves_it(
+    rays: list[tuple[float, float, float]], seen: View, across: int, up: int
+) -> None:
+    pose = HERE._replace(yaw=atan2(up, across))
+    readings = [Reading(measured, expected, angle) for angle, measured, expected in rays]
+    assert view(readings, pose, MIDST + across + up * FLOOR.cells.columns, FLOOR.cells, 0.2) is seen

@@ -1,5 +1,6 @@
 """What moves: where it is taken to be while little or nothing of it is seen, and how long it keeps a robot from its way."""
 
+from collections.abc import Callable
 from math import cos, hypot, sin
 
 import pytest
@@ -7,17 +8,9 @@ import pytest
 from swarm.geometry import Pose
 from swarm.maps.occupancy import Point
 from swarm.messages.traffic import Moving
+from swarm.traffic.interface import MovingObstacle
+from swarm.traffic.obstacles.detector import COMING, HALF_WIDTH, KEPT, LATELY, NOTED, BlockedByObstacle, Tracker
 from swarm.traffic.obstacles.scan import Scan
-from swarm.traffic.obstacles.tracker import (
-    COMING,
-    HALF_WIDTH,
-    KEPT,
-    LATELY,
-    NOTED,
-    BlockedByObstacle,
-    MovingObstacle,
-    Tracker,
-)
 from swarm.traffic.reservations.route import ALONE, BESIDE, RouteProgress
 from swarm.traffic.reservations.rules import Reservations
 
@@ -145,65 +138,41 @@ def progress(held: tuple[int, ...], *route: int, beside: int = 0) -> RouteProgre
     return RouteProgress(Reservations(held, (), 5), steps, route)
 
 
-@pytest.mark.parametrize(
-    ("way", "body", "cell"),
-    [
-        (progress((1, 2), 3), 1, 2),
-        (progress((9, 1, 2), 3, beside=1), 1, 2),
-        (progress((9, 1, 2), 3, beside=1), 9, 1),  # it fled: the way begins beside it
-        (progress((1,), 2), 1, None),  # others keep it from its next cell
-    ],
-)
-def test_the_next_cell_is_given_up_after_a_while(way: RouteProgress, body: int, cell: int | None) -> None:
-    kept = BlockedByObstacle()
-    said = [kept.check(way, body, 3, threatened=True) for _ in range(2 * KEPT + 2)]
-    assert [one for one in said if one is not None] == ([] if cell is None else [cell, cell])
-    assert said[KEPT] == cell
+AHEAD, FLED, WAITS = progress((1, 2), 3), progress((9, 1, 2), 3, beside=1), progress((1,), 2, 3)
+FAR = progress((1, 2), *range(3, 30))
 
 
-def test_only_ticks_under_a_threat_count() -> None:
-    kept, way = BlockedByObstacle(), progress((1, 2), 3)
-    said = [kept.check(way, 1, 3, threatened=tick % 2 == 0) for tick in range(2 * KEPT + 1)]
-    assert [tick for tick, one in enumerate(said) if one is not None] == [2 * KEPT]
+def onwards(tick: int) -> RouteProgress:
+    """Return a way on which the robot takes its next cell just in time."""
+    cell = 1 + tick // KEPT
+    return progress((cell, cell + 1), *range(cell + 2, 9))
 
 
-def test_who_gets_on_is_not_kept() -> None:
-    kept = BlockedByObstacle()
-    ways = [progress((cell, cell + 1), *range(cell + 2, 9)) for cell in range(1, 6)]
-    for way in ways:
-        for _ in range(KEPT):
-            assert kept.check(way, way.reservations.held[0], 8, threatened=True) is None
+# fmt: off
+GIVEN_UP: dict[str, tuple[Callable[[int], tuple[RouteProgress, int, int, bool]], int, dict[int, int]]] = {
+    # by tick the way, the cell of the body, the goal and if there is a threat; how many ticks; when which cell is given up
+    "on its way":                        (lambda tick: (AHEAD, 1, 3, True),                            802,  {400: 2, 801: 2}),
+    "beside its way":                    (lambda tick: (FLED, 1, 3, True),                             402,  {400: 2}),
+    "it fled: the way begins beside it": (lambda tick: (FLED, 9, 3, True),                             402,  {400: 1}),
+    "it flees and comes back":           (lambda tick: (FLED, 9 if tick % 40 < 20 else 1, 3, True),    421,  {420: 2}),
+    "others hold its next cell":         (lambda tick: (WAITS, 1, 3, True),                            900,  {}),
+    "and now and then they do not":      (lambda tick: ((AHEAD, WAITS)[tick % 2], 1, 3, True),         900,  {800: 2}),
+    "a threat every other tick":         (lambda tick: (AHEAD, 1, 3, tick % 2 == 0),                   801,  {800: 2}),
+    "a longer way, round the threat":    (lambda tick: ((AHEAD, FAR)[tick // 100 % 2], 1, 3, True),    500,  {400: 2}),
+    "another goal":                      (lambda tick: (AHEAD, 1, 3 if tick < 200 else 4, True),       700,  {600: 2}),
+    "it gets on":                        (lambda tick: (onwards(tick), 1 + tick // KEPT, 8, True),     2000, {}),
+}
+# fmt: on
 
 
-def test_to_flee_and_come_back_is_not_to_get_on() -> None:
-    kept, way = BlockedByObstacle(), progress((9, 1, 2), 3, beside=1)
-    said = [kept.check(way, 9 if tick % 40 < 20 else 1, 3, threatened=True) for tick in range(KEPT + 21)]
-    assert any(one is not None for one in said)
-
-
-def test_after_400_ticks_under_a_threat_the_next_cell_is_given_up() -> None:
-    kept, way = BlockedByObstacle(), progress((1, 2), 3)
-    said = [kept.check(way, 1, 3, threatened=True) for _ in range(402)]
-    assert [tick for tick, one in enumerate(said) if one is not None] == [400]
-
-
-def test_a_longer_way_is_no_new_one() -> None:
-    """It fled so far that other plans led round: with each new count it would flee for ever."""
-    kept, ways = BlockedByObstacle(), (progress((1, 2), 3), progress((1, 2), *range(3, 30)))
-    said = [kept.check(ways[tick // 100 % 2], 1, 3, threatened=True) for tick in range(500)]
-    assert [tick for tick, one in enumerate(said) if one is not None] == [400]
-
-
-def test_for_another_goal_it_is_counted_again() -> None:
-    kept, way = BlockedByObstacle(), progress((1, 2), 3)
-    said = [kept.check(way, 1, 3 if tick < 200 else 4, threatened=True) for tick in range(700)]
-    assert [tick for tick, one in enumerate(said) if one is not None] == [600]
-
-
-def test_without_a_cell_ahead_nothing_is_given_up_and_nothing_is_counted() -> None:
-    kept, ways = BlockedByObstacle(), (progress((1, 2), 3), progress((1,), 2, 3))
-    said = [kept.check(ways[tick % 2], 1, 3, threatened=True) for tick in range(900)]
-    assert [tick for tick, one in enumerate(said) if one is not None] == [800]
+@pytest.mark.parametrize("name", GIVEN_UP)
+def test_the_next_cell_is_given_up_after_400_ticks_under_a_threat(name: str) -> None:
+    at, ticks, given_up = GIVEN_UP[name]
+    kept, found = BlockedByObstacle(), dict[int, int | None]()
+    for tick in range(ticks):
+        way, body, goal, threatened = at(tick)
+        found[tick] = kept.check(way, body, goal, threatened=threatened)
+    assert {tick: cell for tick, cell in found.items() if cell is not None} == given_up
 
 
 @pytest.mark.parametrize(("then", "updated"), [(0.15, True), (-0.15, False), (-0.3, True)])

@@ -1,21 +1,27 @@
 """Robots that are heard but say nothing of traffic: the cells they cover, and what a robot does about them."""
 
 from collections.abc import Sequence
+from itertools import groupby
 from math import pi
+from typing import Any
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from swarm.geometry import Pose, Twist, integrate
+from swarm.geometry import Pose, Twist, distance, integrate
+from swarm.maps.occupancy import Point
 from swarm.messages.traffic import Record, TrafficBroadcast
+from swarm.traffic.interface import TrafficInputs
 from swarm.traffic.own_route import OwnRoute
 from swarm.traffic.peers.records import PeerRecords
 from swarm.traffic.peers.situation import Situation
-from swarm.traffic.peers.uncooperative import SAYS, STAYS, Mutes, Spoken, covered
+from swarm.traffic.peers.uncooperative import CLEAR, LASTS, SAYS, STAYS, Mutes, Spoken, StepAside, covered
 from swarm.traffic.reservations.route import ALONE, RouteProgress
 from swarm.traffic.reservations.rules import Reservations
 from swarm.traffic.settings import TrafficConstants
-from tests.traffic.maps import DOOR
+from swarm.traffic.step import Traffic
+from tests.traffic.maps import DOOR, Drawn
 
 CELLS = DOOR.cells
 A, B = DOOR.at("ab")
@@ -97,7 +103,7 @@ def test_a_way_leads_round_cells_that_stay_covered_and_waits_there_if_none_does(
     steps = RouteProgress(Reservations((start,)), (ALONE,))
 
     def way(stays: frozenset[int]) -> tuple[int, ...]:
-        situation = Situation(0, CELLS, start, goal, False, 0, frozenset(), frozenset(), {}, {}, stays=stays)
+        situation = Situation(0, CELLS, start, goal, {}, {}, stays=stays)
         return OwnRoute().find(steps, situation, ()).route
 
     straight = way(frozenset())
@@ -125,3 +131,92 @@ def test_who_waits_for_it_long_says_so_once() -> None:
         mutes.hear(tick, [spoken(tick)], {})
         said.append(mutes.complain(tick, ("f1",) if tick < 2 * SAYS else ("r2",)))
     assert [text for text in said if text] == ["waits for f1, which says nothing of traffic"]
+
+
+ROOM = Drawn("######", "#abcd#", "#efgh#", "#ijkl#", "######")
+
+HERE, BESIDE, FAR = (ROOM.cells.centre(cell) for cell in ROOM.at("abd"))
+HEAD = ROOM.at("a")[0]
+
+
+def goals(
+    mute: tuple[float, float], ticks: int, *, rests: bool = False, stands: bool = False, moves: float = 0.0
+) -> list[Point | None]:
+    """Return the place aside in each tick of a robot at ``HERE``; it ``moves`` [m] now and then."""
+    mutes, aside, found = Mutes(TrafficConstants()), StepAside(), list[Point | None]()
+    for tick in range(ticks):
+        mutes.hear(tick, [Spoken("f1", tick, Pose(*mute, 0.0), rests)], {})
+        there = HERE[0] + moves * (tick // (SAYS // 2) % 2)
+        found.append(aside.decide(tick, Pose(there, HERE[1], 0.0), mutes, HEAD, (), ROOM.cells, stands=stands))
+    return found
+
+
+def test_after_long_it_goes_to_a_place_clear_of_the_mute_robot_and_comes_back() -> None:
+    found = goals(BESIDE, 3 * (SAYS + LASTS))
+    asides = [goal for goal in dict.fromkeys(found) if goal is not None]
+    first = next(tick for tick, goal in enumerate(found) if goal is not None)
+    assert first > SAYS
+    assert None in found[first : first + LASTS + 1], "it comes back"
+    assert len(asides) >= 2, "another place each time"
+    assert all(distance(goal, BESIDE) >= CLEAR * ROOM.cells.side for goal in asides)
+
+
+@pytest.mark.parametrize(
+    ("mute", "fields"), [(FAR, {}), (BESIDE, {"rests": True}), (BESIDE, {"stands": True}), (BESIDE, {"moves": 0.31})],
+    ids=["it is far away", "it wants to go nowhere", "this robot was told to stop", "this robot gets on"],
+)  # fmt: skip
+def test_otherwise_it_stays(mute: tuple[float, float], fields: dict[str, Any]) -> None:
+    assert goals(mute, 2 * SAYS, **fields) == [None] * (2 * SAYS)
+
+
+def test_it_moves_aside_until_it_is_told_to_stop() -> None:
+    mutes, aside, pose = Mutes(TrafficConstants()), StepAside(), Pose(*HERE, 0.0)
+    for tick in range(2 * SAYS):
+        mutes.hear(tick, [Spoken("f1", tick, Pose(*BESIDE, 0.0))], {})
+        if aside.decide(tick, pose, mutes, HEAD, (), ROOM.cells, stands=False) is not None:
+            break
+    else:
+        raise AssertionError("it does not move aside")
+    assert aside.decide(tick + 1, pose, mutes, HEAD, (), ROOM.cells, stands=True) is None
+    assert aside.decide(tick + 2, pose, mutes, HEAD, (), ROOM.cells, stands=False) is None, "it has to wait again"
+
+
+def test_aside_it_drives_by_any_way_and_is_not_done() -> None:
+    """Its planner's path leads elsewhere; its record says where it goes now."""
+    traffic, pose, said = Traffic("r1", ROOM.cells, TrafficConstants()), Pose(*HERE, 0.0), set[tuple[bool, bool]]()
+    for tick in range(2 * SAYS):
+        mute = [Spoken("f1", tick, Pose(*BESIDE, 0.0))]
+        inputs = TrafficInputs(tick, pose, HERE, done=True, mute=mute, path=(HERE, BESIDE))
+        broadcast = traffic.step(inputs, ROOM.cells).broadcast
+        if broadcast is not None:
+            said.add((broadcast.own.done, broadcast.own.goal == HEAD))
+    assert said == {(True, True), (False, False)}
+
+
+# fmt: off
+PLACES: dict[str, tuple[str, str, str, str, str]] = {  # the cells of a hall, where mute robots stand, the head, cells taken: the places in turn
+    "the four nearest":          ("abcdefghij", "b",  "c", "",  "efgde"),
+    "its own cell is no wall":   ("abcdefghij", "b",  "c", "c", "efgde"),
+    "not through what is taken": ("abcdefghij", "b",  "c", "e", "dd"),
+    "nowhere":                   ("abcdefghij", "b",  "c", "d", "--"),
+    "not too far":               ("abcdefghij", "c",  "a", "",  "fgefg"),
+    "clear of both":             ("abcdefghij", "bd", "c", "",  "ghif"),
+    "nothing is clear":          ("abc",        "b",  "c", "",  "--"),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", PLACES)
+def test_the_place_aside_is_near_free_and_clear_of_all(name: str) -> None:
+    cells, mute, head, taken, expected = PLACES[name]
+    hall, mutes, aside = Drawn(cells), Mutes(TrafficConstants()), StepAside()
+    x, y = hall.points(head)[0]
+    pose, found = Pose(x + 0.6 * hall.cells.side * (head == "a"), y, 0.0), ""
+    centres = {point: one for one in cells for point in hall.points(one)}
+    near = [Pose(x - 0.1, y, 0.0) for x, y in hall.points(mute)]  # so that no distance is just the least
+    for tick in range(len(expected) * (SAYS + LASTS + 2)):
+        mutes.hear(tick, [Spoken(f"f{number}", tick, at) for number, at in enumerate(near)], {})
+        got = aside.decide(tick, pose, mutes, hall.at(head)[0], hall.at(taken), hall.cells, stands=False)
+        found += "-" if got is None else centres[got]
+    turns = [one for one, _ in groupby(found) if one != "-"]
+    assert "".join(turns) == expected.replace("-", "")

@@ -1,14 +1,18 @@
-"""What a robot claims, takes and waits for in one step: tables of one robot among others, on cells of 1.2 m."""
+"""What a robot claims, beside its way too, takes and waits for in one step: one robot among others, on cells of 1.2 m."""
 
+import numpy as np
 import pytest
 from msgspec.structs import replace
 
+from swarm.geometry import Pose
+from swarm.maps.occupancy import OccupancyMap
 from swarm.messages.traffic import Claim, Entry, Epoch, JointPlan, Record
-from swarm.traffic.joint.following import Following
+from swarm.traffic.interface import MovingObstacle
+from swarm.traffic.joint.states import Following
+from swarm.traffic.lattice.cell_map import CellMap
 from swarm.traffic.peers.situation import Situation
-from swarm.traffic.reservations.claims import Claimed, Claiming
-from swarm.traffic.reservations.presence import Footprint
-from swarm.traffic.reservations.route import ALONE, BESIDE, RouteProgress
+from swarm.traffic.reservations.claims import Claimed, Claiming, room_beside
+from swarm.traffic.reservations.route import ALONE, BESIDE, Footprint, RouteProgress
 from swarm.traffic.reservations.rules import Reservations
 from swarm.traffic.settings import TrafficConstants
 from tests.traffic.maps import Drawn
@@ -51,9 +55,7 @@ def step(
     cell, fresh = floor.at(body)[0], {one.robot: one for one in others}
     pose = floor.pose(cell)
     situation = Situation(
-        tick=NOW, cells=floor.cells, head=progress.head, goal=FLOOR.at("h")[0], idle=False, moved=0,
-        blocked=frozenset(floor.at(blocked)), cleared=frozenset(("r8", one) for one in floor.at(cleared)),
-        others=fresh | {one.robot: one for one in silent}, fresh=fresh,
+        tick=NOW, cells=floor.cells, head=progress.head, goal=FLOOR.at("h")[0], blocked=frozenset(floor.at(blocked)), cleared=frozenset(("r8", one) for one in floor.at(cleared)), others=fresh | {one.robot: one for one in silent}, fresh=fresh
     )  # fmt: skip
     plan = None
     if entries is not None:
@@ -210,3 +212,105 @@ def test_round_a_corner_it_claims_and_takes_from_where_it_leans(off: float, hear
 @pytest.mark.parametrize(("off", "heard"), [(-0.11, False), (-0.09, True), (0.09, True), (0.11, False)])
 def test_where_no_corner_hides_the_next_cell_it_claims_from_the_middle_of_its_own(off: float, heard: bool) -> None:
     assert bool(claimed(step(way(), off=off, settings=IN_SIGHT))) is heard
+
+
+YARD = Drawn("abcdefg", "hijklmn", "opqrstu", "vwxyzAB", "CDEFGHI")
+ALL = tuple(range(35))
+
+
+def progress(held: str, beside: int = 0) -> RouteProgress:
+    """Return a way over held cells, the first ``beside`` of them off it."""
+    return RouteProgress(Reservations(YARD.at(held)), (BESIDE,) * beside + (ALONE,) * (len(held) - beside))
+
+
+def asked(way: RouteProgress, at: str, others: dict[str, str] | None = None, sweeps: tuple[int, ...] = ALL) -> str:
+    """Return the cells asked for by name; ``others`` hold, claim or plan (``ahead``) what is named."""
+    told: dict[str, tuple[object, ...]] = {field: YARD.at(names) for field, names in (others or {}).items()}
+    if others and "claims" in others:
+        told["claims"] = tuple(Claim(cell, 1, 0) for cell in YARD.at(others["claims"]))
+    record = replace(Record(robot="r2", stamp=0, x=0.0, y=0.0, goal=0), **told)
+    return named(room_beside(way, YARD.pose(*YARD.at(at)), sweeps, {"r2": record}, (), YARD.cells))
+
+
+def named(cells: tuple[int, ...]) -> str:
+    names = {YARD.cell(place): name for name, place in YARD.names.items()}
+    return "".join(sorted(names[cell] for cell in cells))
+
+
+# fmt: off
+BESIDES: dict[str, tuple[RouteProgress, str, dict[str, str], str]] = {  # way, where it is, what others need: asks for
+    "two cells and what is beside them":  (progress("rs"),         "r",  {},                              "klqrstyz"),
+    "not what is beside its room":        (progress("krs", 1),     "r",  {},                              "klqrstyz"),
+    "in its head cell":                   (progress("rs"),         "s",  {},                              ""),
+    "with one cell alone":                (progress("r"),          "r",  {},                              ""),
+    "what others hold, claim and plan":   (progress("rs"),         "r",  {"held": "k", "claims": "l", "ahead": "qt"}, "rsyz"),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", BESIDES)
+def test_the_cells_beside_a_way(name: str) -> None:
+    way, at, others, cells = BESIDES[name]
+    others = {field: names for field, names in others.items() if names}
+    assert asked(way, at, others) == "".join(sorted(cells))
+    assert asked(way, at, others, sweeps=()) == ""
+
+
+# fmt: off
+BACK: dict[str, tuple[str, int, str, dict[str, str], str]] = {  # held, how many beside, where it is, others: asks for
+    "only a corner is between":           ("jrs",  1, "j", {},               "kq"),
+    "of the two one is another's":        ("jrs",  1, "j", {"held": "k"},    "q"),
+    "both are another's":                 ("jrs",  1, "j", {"ahead": "kq"},  ""),
+    "one of the two is held: kept":       ("qjrs", 2, "j", {},               "kq"),
+    "it shares a side with its way":      ("krs",  1, "k", {},               ""),
+    "it is on its way":                   ("jrs",  1, "r", {},               ""),
+    "two cells off, it drives about":     ("irs",  1, "i", {},               ""),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", BACK)
+def test_back_to_its_way_round_a_corner(name: str) -> None:
+    held, beside, at, others, cells = BACK[name]
+    assert asked(progress(held, beside), at, others, sweeps=()) == cells
+
+
+@pytest.mark.parametrize(("walled", "back", "room"), [(False, (), (0,)), (True, (1,), ())])
+def test_a_wall_between_a_cell_and_its_way_leads_round_it(walled: bool, back: tuple[int, ...], room: object) -> None:
+    """The way is 2, 5, 4, 3. A wall stands between 0 and 3, along all their common side."""
+    fine = OccupancyMap(np.zeros((8, 12), np.uint8), 0.3)
+    fine.cells[4, 0:4] = walled
+    cells = CellMap(fine, side=1.2, radius=0.23)
+    astray = RouteProgress(Reservations((0, 2, 5, 4, 3)), (BESIDE, *(ALONE,) * 4))
+    assert room_beside(astray, Pose(0.6, 0.6, 0.0), (), {}, (), cells) == back
+    beside = RouteProgress(Reservations((1, 2, 5, 4, 3)), (BESIDE, *(ALONE,) * 4))
+    assert room_beside(beside, Pose(1.8, 0.6, 0.0), (0,), {}, (), cells) == room
+
+
+def threatened(*places: tuple[str, float, float], floor: Drawn = YARD, held: str = "") -> str:
+    """Return the cells asked for in the middle, with threats some way off the middles of cells [m]."""
+    threats = [(floor.pose(*floor.at(name)), dx, dy) for name, dx, dy in places]
+    moving = tuple(MovingObstacle(pose.x + dx, pose.y + dy, 0.0, 0.0) for pose, dx, dy in threats)
+    others = {"r2": Record(robot="r2", stamp=0, x=0.0, y=0.0, goal=0, held=floor.at(held), ahead=floor.at("k"))}
+    return named(room_beside(progress("r"), floor.pose(*floor.at("r")), (), others, moving, floor.cells))
+
+
+WALLED = Drawn("abcdefg", "hij#lmn", "opqrstu", "vwx.zAB", "CDEFGHI")
+
+
+def test_before_a_threat_it_asks_for_all_cells_round_it_that_are_farther_off() -> None:
+    """A threat on the left of the cell r, in the middle of j k l / q r s / x y z."""
+    assert threatened(("q", 0.1, 0.0)) == "jklsxyz"
+    assert threatened(("q", -0.1, 0.0)) == "klsyz", "j and x are nearer to it than r"
+    assert threatened(("q", 0.1, 0.0), held="s") == "jklxyz", "what another only plans is asked for"
+    assert threatened(("k", 0.0, -0.1)) == "jlqsxyz"
+    assert threatened(("q", 0.1, 0.0), ("o", 0.0, 0.0)) == "jklsxyz", "the nearer one counts"
+    assert threatened(("q", 0.1, 0.0), ("s", -0.1, 0.0)) == "jklxyz"
+
+
+def test_before_a_threat_it_asks_for_no_cell_that_it_cannot_stand_in() -> None:
+    x, y = WALLED.cells.centre(WALLED.at("q")[0])
+    got = room_beside(
+        progress("r"), WALLED.pose(*WALLED.at("r")), (), {}, (MovingObstacle(x + 0.1, y, 0.0, 0.0),), WALLED.cells
+    )
+    assert named(got) == "jlsxyz"

@@ -7,10 +7,13 @@ from swarm.geometry import Pose
 from swarm.messages.traffic import Claim, Record
 from swarm.traffic.interface import TrafficInputs
 from swarm.traffic.lattice.cell_map import OUTSIDE
-from swarm.traffic.reservations.presence import (
+from swarm.traffic.reservations.route import (
+    ALONE,
+    BESIDE,
     OFF_WAY,
     Footprint,
     OffRoute,
+    RouteProgress,
     after_sleep,
     footprint_of,
     free_drive_cells,
@@ -18,7 +21,6 @@ from swarm.traffic.reservations.presence import (
     hold_under_body,
     spread,
 )
-from swarm.traffic.reservations.route import ALONE, BESIDE, RouteProgress
 from swarm.traffic.reservations.rules import Reservations
 from swarm.traffic.settings import TrafficConstants
 from tests.traffic.maps import Drawn

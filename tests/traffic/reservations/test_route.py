@@ -170,12 +170,12 @@ def test_who_wakes_keeps_what_it_is_in_and_has_to_ask_again_for_the_rest() -> No
 
 
 def test_who_gives_back_turns_round() -> None:
-    back = PLAN.given_back({1, 2})
+    back = PLAN.turned_round({1, 2})
     assert (back.reservations, back.steps) == (Reservations((2, 1), (), 5), (ALONE, ALONE))
     assert (back.route, back.following) == ((), False)
-    assert PLAN.given_back({1}).reservations.held == (1,)
-    assert PLAN.given_back(set()).reservations.held == (1,), "never nothing"
-    assert progress((1, 2, 1), (ALONE,) * 3).given_back({1}).reservations.held == (2, 1), "each once"
+    assert PLAN.turned_round({1}).reservations.held == (1,)
+    assert PLAN.turned_round(set()).reservations.held == (1,), "never nothing"
+    assert progress((1, 2, 1), (ALONE,) * 3).turned_round({1}).reservations.held == (2, 1), "each once"
 
 
 LINE = Drawn("abcdef", "######")
@@ -227,7 +227,7 @@ def test_no_move_but_growing_and_widening_adds_a_cell(
     moved = [
         before.released(touched, body),
         before.awoken(mine),
-        before.given_back(touched),
+        before.turned_round(touched),
         before.over(LINE.cells, mine, held[0]) if max(held) < len(LINE.cells) else before,
     ]
     for after in moved:

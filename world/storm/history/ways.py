@@ -6,8 +6,8 @@ from typing import Final
 
 from swarm.geometry import Pose
 from swarm.maps.occupancy import Point
-from swarm.traffic.lattice.breadth_first import FAR
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
+from swarm.traffic.lattice.distances import FAR
 from swarm.traffic.lattice.placement import cells_of, comes_near
 from world.bodies.movers import Patrol
 from world.storm.history.brute import can_all_arrive

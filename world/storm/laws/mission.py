@@ -5,8 +5,8 @@ from math import floor
 from typing import Final
 
 from swarm.geometry import distance
-from swarm.traffic.lattice.breadth_first import FAR
 from swarm.traffic.lattice.cell_map import OUTSIDE
+from swarm.traffic.lattice.distances import FAR
 from world.storm.history.drawing import SPARE, room
 from world.storm.history.history import History, Moment
 from world.storm.history.seen import EXACT, Found, cells_at, dead_of, floor_at

@@ -10,8 +10,8 @@ from swarm.errors import ConfigError, nearest
 from swarm.maps.occupancy import FREE, OBSTACLE, WALL, Point
 from swarm.scenario.load import checked
 from swarm.scenario.starts import names
-from swarm.traffic.lattice.breadth_first import FAR
 from swarm.traffic.lattice.cell_map import CellMap
+from swarm.traffic.lattice.distances import FAR
 from swarm.traffic.lattice.placement import cells_of, comes_near, short_of
 from world.storm.plans.plan import FaultKind, PlannedFault, StormPlan
 from world.storm.plans.profiles import PROFILES, StormProfile

@@ -4,7 +4,7 @@ import pytest
 from msgspec.structs import replace
 
 from swarm.messages.traffic import Claim, Epoch, JointPlan, Record
-from swarm.traffic.joint.following import Following
+from swarm.traffic.joint.states import Following
 from swarm.traffic.peers.situation import Situation
 from swarm.traffic.reservations.route import RouteProgress
 from swarm.traffic.reservations.rules import Reservations
@@ -30,10 +30,7 @@ def record(robot: str = "r1", *, goal: int = C, late: int = 0, **fields: object)
 
 def situation(*fresh: Record, goal: int = -1) -> Situation:
     heard = {one.robot: one for one in fresh}
-    return Situation(
-        tick=ADOPTED + 50, cells=FLOOR.cells, head=F, goal=goal, idle=False, moved=0, blocked=frozenset(), cleared=frozenset(),
-        others=heard, fresh=heard,
-    )  # fmt: skip
+    return Situation(tick=ADOPTED + 50, cells=FLOOR.cells, head=F, goal=goal, others=heard, fresh=heard)
 
 
 # fmt: off
