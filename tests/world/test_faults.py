@@ -10,7 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from swarm.geometry import bearing, distance
-from swarm.robot.driving.safety import SafetyFilter
+from swarm.robot.driving.safety import Lateness, SafetyFilter
+from swarm.traffic.obstacles.detector import ObstacleDetector
 from swarm.scenario.load import load
 from tests.shared import ROOT, scenario_of
 from tests.traffic.maps import BAY
@@ -210,4 +211,7 @@ def towards_movers() -> float:
 def test_a_robot_with_late_answers_does_not_drive_at_a_mover_that_it_sees(monkeypatch: pytest.MonkeyPatch) -> None:
     assert towards_movers() < 0.05
     monkeypatch.setattr(SafetyFilter, "near_threats", lambda *_: inf)
+    monkeypatch.setattr(Lateness, "expected", lambda _: ())
+    detect = ObstacleDetector.detect
+    monkeypatch.setattr(ObstacleDetector, "detect", lambda *known: detect(*known)._replace(bodies=()))
     assert towards_movers() > 0.3, "the world shows nothing any more: find another one"
