@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from swarm.geometry import bearing, distance
 from swarm.robot.driving.safety import Lateness, SafetyFilter
-from swarm.traffic.obstacles.detector import ObstacleDetector
 from swarm.scenario.load import load
+from swarm.traffic.obstacles.detector import ObstacleDetector
 from tests.shared import ROOT, scenario_of
 from tests.traffic.maps import BAY
 from world.faults import LASTS, Drill, Faults, Health
