@@ -117,3 +117,10 @@ DOOR = Drawn(
 )
 TREE = Drawn("##a##", "##.##", "b...c", "##d##")
 RING = Drawn("abc", "h#d", "gfe")
+
+
+def lane() -> OccupancyMap:
+    """Return a floor of 3 x 3 cells of 1.2 m: a row, y 2.6 to 3.4 m, and a lane that leads down from it, x 0.8 to 1.6 m."""
+    solid = np.zeros((36, 36), np.uint8)
+    solid[:26, :8] = solid[:26, 16:] = solid[34:] = 1
+    return OccupancyMap(solid, 0.1)

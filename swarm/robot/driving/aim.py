@@ -13,7 +13,7 @@ from swarm.geometry import Pose, from_frame
 from swarm.maps.occupancy import Point
 from swarm.motion.drive import line_is_clear
 from swarm.planning.grid import Grid
-from swarm.planning.path import line_is_free
+from swarm.planning.path import line_is_free, plan
 from swarm.robot.tuning import AIM
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
 
@@ -37,9 +37,9 @@ class Aiming:
         """Return the farthest point [m] that the footprint reaches in a straight line through held cells.
 
         The aim is a waypoint, the centre of the last cell, or a point between the first two waypoints. The first
-        waypoint is the centre of the robot's cell. If nothing of that is reached, the aim is another
-        point in the cell of a later waypoint, or that centre. ``grid`` is the floor as the robot knows it now; with
-        None the whole area of every cell is free.
+        waypoint is the centre of the robot's cell. If nothing of that is reached, the aim is another point in the cell
+        of a later waypoint, else a point of a path over the floor to one, else that centre. ``grid`` is the floor as
+        the robot knows it now; with None the whole area of every cell is free.
         """
         asked = (pose, grid, tuple(held), tuple(waypoints))
         if asked != self._aimed_for:
@@ -72,7 +72,8 @@ class Aiming:
             if (aim := reached(far or [waypoints[0]], spare)) is not None:
                 return aim
         if reached([waypoints[0]], AIM.tight_gap) is None:
-            return reached(filter(is_far, self._entries(pose, waypoints[1:])), AIM.tight_gap) or waypoints[0]
+            entry = reached(filter(is_far, self._entries(pose, waypoints[1:])), AIM.tight_gap)
+            return entry or next(filter(is_far, self._back(grid, (here_x, here_y), waypoints)), waypoints[0])
         return waypoints[0]
 
     def _entries(self, pose: Pose, waypoints: Sequence[Point]) -> Iterator[Point]:
@@ -90,6 +91,18 @@ class Aiming:
             along, up = min(max(x - u, -room), room), min(max(y - v, -room), room)
             for share in (1.0, *AIM.shares):
                 yield from_frame(cells.occupancy.origin, u + share * along, v + share * up)
+
+    def _back(self, grid: Grid | None, here: Point, waypoints: Sequence[Point]) -> Iterator[Point]:
+        """Yield points in sight on a path over the floor to the next waypoint off the walls [m], the farthest first.
+
+        A robot beside its way, behind a corner, may have to drive through cells that it does not hold yet.
+        """
+        if grid is None:
+            return
+        path = next(filter(None, (plan(grid, here, waypoint) for waypoint in waypoints[1:])), None)
+        for point in reversed(path.points if path is not None else ()):
+            if line_is_free(grid, here, point, AIM.tight_gap):
+                yield point
 
     def beyond(self, grid: Grid, pose: Pose, cells: Sequence[int], aim: Point) -> Point:
         """Return the farthest of the cells' centres [m] that no wall hides, or the aim if walls hide all of them."""

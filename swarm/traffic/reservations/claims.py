@@ -11,7 +11,7 @@ from typing import Final, NamedTuple, Protocol
 
 from swarm.geometry import Pose, distance
 from swarm.messages.traffic import Claim, Record
-from swarm.traffic.lattice.cell_map import CellMap
+from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
 from swarm.traffic.peers.sightings import keeps
 from swarm.traffic.peers.situation import Situation
 from swarm.traffic.reservations.route import BESIDE, Footprint, RouteProgress
@@ -221,14 +221,20 @@ def room_beside(
 def way_back(progress: RouteProgress, here: int, cells: CellMap) -> tuple[int, ...]:
     """List the cells between a robot's cell ``here`` beside its way and the cells of its way.
 
-    There are none if it is on its way, or if its cell and one of the way share a side.
+    There are none if it is on its way, or if it can stand in its cell, and that one and one of the way share a side.
+    Where it cannot, in a cell that is half wall, it may have to drive along the edge of that cell, and so needs the
+    cells beside all that it holds there.
     """
-    if not progress.strayed(here):
+    if not progress.strayed(here) or here == OUTSIDE:
         return ()
     beside = _beside(progress, cells)
-    if here in beside:
+    if cells.stands[here] and here in beside:
         return ()
-    return tuple([cell for cell in cells.beside(here) if cell in beside and cells.is_passable(here, cell)])
+    held = list(zip(progress.reservations.held, progress.steps, strict=True))
+    under = [here] if cells.stands[here] else [cell for cell, step in held if step == BESIDE]
+    mine = {*under, *(cell for cell, step in held if step != BESIDE)}
+    near = sorted({cell for one in under for cell in cells.beside(one) if cells.is_passable(one, cell)})
+    return tuple([cell for cell in near if cell in beside and cell not in mine])
 
 
 def _beside(progress: RouteProgress, cells: CellMap) -> set[int]:

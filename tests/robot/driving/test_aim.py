@@ -19,7 +19,7 @@ from swarm.robot.tuning import AIM
 from swarm.traffic.lattice.cell_map import CellMap
 from swarm.traffic.settings import NEAR, TrafficConstants
 from tests.robot.driving.shared import RADIUS, cells_as_shape, room, solid
-from tests.traffic.maps import BAY, DOOR, SIDE, Drawn
+from tests.traffic.maps import BAY, DOOR, SIDE, Drawn, lane
 
 COLUMNS = DOOR.cells.columns
 A = DOOR.at("a")[0]
@@ -206,6 +206,17 @@ def test_from_room_beside_its_way_in_a_cell_that_is_half_wall_the_aims_lead_back
         if HALF.cell_of(pose.x, pose.y) == way[1]:
             return
     pytest.fail(f"it is still at {pose}")
+
+
+def test_behind_a_corner_in_a_narrow_lane_the_aim_is_on_the_path_back_also_beyond_what_is_held() -> None:
+    """The lane's middle is on the edge of two columns: the cell above on its left is not held yet."""
+    floor = lane()
+    cells = CellMap(floor, side=SIDE, radius=0.23)
+    grid, pose = Grid.grown(floor, RADIUS, resolution=0.1), Pose(1.25, 2.0, pi / 2)
+    way = (4, 7, 8)
+    aim = Aiming(cells, RADIUS).choose(grid, pose, (3, *way), [cells.centre(cell) for cell in way])
+    assert aim[1] > 2.6, "out of the lane"
+    assert line_is_free(grid, (pose.x, pose.y), aim, AIM.tight_gap)
 
 
 def test_the_floor_as_it_is_known_shuts_an_aim_off() -> None:

@@ -15,7 +15,7 @@ from swarm.traffic.reservations.claims import Claimed, Claiming, room_beside
 from swarm.traffic.reservations.route import ALONE, BESIDE, Footprint, RouteProgress
 from swarm.traffic.reservations.rules import Reservations
 from swarm.traffic.settings import TrafficConstants
-from tests.traffic.maps import Drawn
+from tests.traffic.maps import SIDE, Drawn, lane
 
 FLOOR = Drawn("abcdefgh", "ijklmnop")
 A, B, C, BELOW, BESIDE_B = FLOOR.at("abcij")
@@ -285,6 +285,14 @@ def test_a_wall_between_a_cell_and_its_way_leads_round_it(walled: bool, back: tu
     assert room_beside(astray, Pose(0.6, 0.6, 0.0), (), {}, (), cells) == back
     beside = RouteProgress(Reservations((1, 2, 5, 4, 3)), (BESIDE, *(ALONE,) * 4))
     assert room_beside(beside, Pose(1.8, 0.6, 0.0), (0,), {}, (), cells) == room
+
+
+def test_who_strayed_into_a_lane_half_a_cell_wide_asks_for_the_cells_along_its_way_back() -> None:
+    """It cannot stand in its cell 4, and its body is in 3 too; to get to 7 it drives through 6 as well."""
+    cells = CellMap(lane(), side=SIDE, radius=0.23)
+    astray = RouteProgress(Reservations((3, 4, 7, 8)), (BESIDE, BESIDE, ALONE, ALONE))
+    assert not cells.stands[4]
+    assert room_beside(astray, Pose(1.25, 2.0, 0.0), (), {}, (), cells) == (6,)
 
 
 def threatened(*places: tuple[str, float, float], floor: Drawn = YARD, held: str = "") -> str:
