@@ -16,7 +16,7 @@ from benchmarks.measure import machine
 
 ROOT: Final = Path(__file__).parents[1]
 PAGE: Final = ROOT / "docs" / "benchmarks.md"
-NO_BENCHMARK: Final = ("__init__", "__main__", "asked", "measure", "fuzz_maps")  # shared, or a search for faults
+NO_BENCHMARK: Final = ("__init__", "__main__", "asked", "measure")  # shared
 VERSIONS: Final = ("eclipse-zenoh", "numpy", "numba", "pymunk", "msgspec", "msgpack", "rerun-sdk")
 
 
