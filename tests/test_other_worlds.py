@@ -44,6 +44,7 @@ def test_who_drives_into_a_mover_touches_it() -> None:
 KEPT = {  # worlds that were broken once: by what
     22013: "robots fled from walls that noise showed as obstacles, and stood",
     50517: "a robot drove into a pocket behind a wall beside its way, and stood",
+    70096: "two robots started in one cell, and one held the cell beyond the other",
     60117: "a robot in a lane half a cell wide beside its way asked for one of the two cells that lead back",
     50746: "a robot whose answers came 0.2 s late touched a wall",
     51133: "a robot drove past a mover where it had once stood",

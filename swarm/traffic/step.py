@@ -170,8 +170,9 @@ class Traffic:
         released = on_way.released(body.touched, body.cell, room)
         moved = tick if released.on_way < on_way.on_way else heard.moved
         other_goal = self._goal.set(wish.goal, released, body, cells, settings.radius)
-        shut = self._peers.mutes.stays(tick)
-        shut_ahead = bool(shut) and not shut.isdisjoint(set(released.reservations.held) - body.touched)
+        beyond = tuple([cell for cell in released.reservations.held if cell not in body.touched])
+        shared = len(self._peers.alone_in(beyond, tick)) < len(beyond)  # two may start or be pushed into one cell
+        shut_ahead = shared or not self._peers.mutes.stays(tick).isdisjoint(beyond)
         yielded = given_back(released, body, cells) if shut_ahead else released
         halted = self._halt(yielded, inputs, body, cells, listens=heard.listens)
 

@@ -145,6 +145,17 @@ def test_room_is_given_back_to_who_will_come_there(fields: dict[str, object]) ->
     assert ROOM not in list(robot.run(2, says=fields))[-1].held
 
 
+def test_a_cell_ahead_that_another_robot_holds_too_is_given_back_and_claimed_like_any() -> None:
+    """Two that started in one cell both held it: one went on beyond it, and could never drive through."""
+    shared: dict[str, object] = {"held": (C, A + 1)}
+    robot = Driven(())
+    assert A + 1 in list(robot.run(LONG))[-1].held
+    assert list(robot.run(2, cell=A + 1, says=shared))[-1].held[0] == A + 1, "its body is there"
+    robot = Driven(())
+    assert A + 1 in list(robot.run(LONG))[-1].held
+    assert A + 1 not in list(robot.run(2, says=shared))[-1].held
+
+
 def test_room_that_is_no_longer_wanted_is_given_back_and_its_claim_withdrawn() -> None:
     robot = Driven()
     assert ROOM in list(robot.run(LONG))[-1].held
