@@ -43,6 +43,6 @@ def farther_than(radius: float) -> Callable[[tuple[float, ...], tuple[float, ...
 def shorter_way(longer: float = inf) -> Callable[[int, int], bool]:
     """Return the test of a robot that makes progress when fewer cells of its way are left.
 
-    A way that is more than ``longer`` [cells] longer is another way, on which it begins anew.
+    A way that is more than ``longer`` [cells] longer is another way, on which the count starts again.
     """
     return lambda fewest, left: not fewest <= left <= fewest + longer

@@ -195,7 +195,7 @@ def adopts(memory: Memory, before: Following | None, event: Gets) -> Move | None
 
 
 def refuses(memory: Memory, before: Following | None, event: Gets) -> Move | None:
-    """Tell the leader which joins the map lacks, those of the robot's own way first, and keep to the plan so far."""
+    """Tell the leader which joins the map lacks, those of the robot's own way first; the plan followed stays."""
     (plan, situation), way = event, event.plan.ways.get(memory.me, ())
     if not shut_joins(way, situation.cells) or way[0] != situation.head:
         return None

@@ -65,9 +65,8 @@ class ProtectiveStop(NamedTuple):
     stopped: bool
     found: Point | None = None  # m, where an obstacle seems to stay: reported once
     threats: tuple[MovingObstacle, ...] = ()  # obstacles that move near the robot
-    bodies: tuple[
-        Point, ...
-    ] = ()  # m, centres of discs as large as a robot, whose edges are where rays end on obstacles
+    # m, centres of discs as large as a robot, whose edges are where rays end on obstacles
+    bodies: tuple[Point, ...] = ()
 
 
 class ObstacleDetector:
