@@ -49,6 +49,7 @@ KEPT = {  # worlds that were broken once: by what
     50746: "a robot whose answers came 0.2 s late touched a wall",
     51133: "a robot drove past a mover where it had once stood",
     50346: "a robot whose answers came 0.2 s late drove into a mover",
+    80217: "eight robots on sixteen cells moved for minutes until all stood at their goals at once",
 }
 # fmt: on
 

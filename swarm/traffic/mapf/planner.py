@@ -3,7 +3,9 @@
 If no plan is found soon, each pair of robots is tried alone. If two robots cannot both arrive even with nobody else
 there, there is no plan. This proof takes moments; a search over all robots would try everything that the others can do
 meanwhile. If no plan for all is found, one robot is brought to its goal while the others only make room; only if that
-is impossible for the one asked about is it proven that there is no plan.
+is impossible for the one asked about is it proven that there is no plan. One robot is also brought to its goal alone
+where a plan for all would take longer than one such plan after the other: many robots on few cells move for minutes
+until all stand at their goals at once.
 
 Straight and random ties take turns: turning on the spot costs a wheeled robot more than a step, but always going
 straight jams narrow places. A plan is judged by when its last robot arrives, if each robot goes as soon as the order of
@@ -32,6 +34,8 @@ LATE: Final = 4  # starts without a plan, after which each pair is tried alone
 PAIR: Final = 2_000  # expansions for one pair at most
 POP: Final = 3  # expansions of one robot that take as long as one expansion in improving
 FRUITLESS: Final = 20  # changes in a row that make the plan no quicker, after which improving ends
+LONG: Final = 3  # times the longest way: a plan that takes longer is compared with one robot after the other
+NEXT: Final = 2.0  # steps that the robots stand until the plan for the next robot is made
 BEST_FIRST: Final = 10_000  # expansions for one question to the search that moves one robot at a time
 
 
@@ -104,6 +108,8 @@ class JointSearch:
         self._fruitless = 0  # changes since the plan last became quicker
         self._least = 0  # expansions of the cheapest plan so far
         self._best_first: BestFirst | OneRobot | None = None
+        self._in_turn: list[Plan] = []  # for each robot asked about: the plan that brings it alone to its goal
+        self._alone: OneRobot | None = None  # the search for the next of them
         away = [robot for robot, (start, goal) in enumerate(zip(starts, goals, strict=True)) if start != goal]
         self._eager = tuple(away if eager is None else eager)
         self._questions = [tuple(range(len(starts))), *((robot,) for robot in self._eager)]
@@ -114,7 +120,7 @@ class JointSearch:
         """Spend at most ``expansions``; return the result once there is one."""
         while self.result is None and expansions > 0:
             if self._best is not None and (self._satisfied or self._is_lost):
-                expansions -= self._improve(self._best)
+                expansions -= self._improve(self._best, expansions)
                 continue
             if self._best is None and self._begun > LATE and self._pairs:
                 expansions -= self._try_a_pair()
@@ -223,12 +229,14 @@ class JointSearch:
             self._best = (judged, steps)
         self._search = None
 
-    def _improve(self, best: Plan) -> int:
-        """Change the plan a little, and keep what is no slower; return the cost in expansions of all robots."""
+    def _improve(self, best: Plan, expansions: int) -> int:
+        """Change the plan a little, and keep what is no slower; return the cost in expansions of all robots.
+
+        When nothing makes it quicker any more, the plan is compared with one robot after the other.
+        """
         neighbours, tables, starts, _ = self._problem
         if len(starts) == 1 or self._fruitless >= FRUITLESS or self._improving >= self._budget.enough:
-            self._finish(Outcome.SOLVED)
-            return 0
+            return self._compare(best, expansions)
         self._fruitless += 1
         improving = self._improver = self._improver or Improving(neighbours, tables, self._random)
         before = improving.pops
@@ -242,6 +250,29 @@ class JointSearch:
         spent = 1 + POP * (improving.pops - before) // len(starts)
         self._improving += spent
         return spent
+
+    def _compare(self, best: Plan, expansions: int) -> int:
+        """Take the plan for all, or that for the first robot if one after the other is quicker; return the cost."""
+        neighbours, tables, starts, _ = self._problem
+        one_by_one = sum(arrival + NEXT for (arrival, _), _ in self._in_turn)
+        if best[0][0] <= LONG * self._longest or one_by_one >= best[0][0] or not self._eager:
+            self._finish(Outcome.SOLVED)
+            return 0
+        if len(self._in_turn) == len(self._eager):
+            self._best = self._in_turn[0]
+            self._finish(Outcome.FOR_ONE, self._eager[:1])
+            return 0
+        robot = self._eager[len(self._in_turn)]
+        search = self._alone = self._alone or OneRobot(neighbours, tables[robot], starts, robot)
+        before = search.expansions
+        state = search.advance(expansions)
+        if state is SearchState.SOLVED:
+            steps = without_detours(search.steps)
+            self._in_turn.append((duration(steps), steps))
+            self._alone = None
+        elif state is SearchState.UNSOLVABLE or search.expansions >= PAIR or search.expansions == before:
+            self._finish(Outcome.SOLVED)
+        return max(1, search.expansions - before)
 
     def _finish(self, outcome: Outcome, who: tuple[int, ...] = ()) -> None:
         steps = self._best[1] if self._best else []

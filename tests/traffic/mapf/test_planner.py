@@ -255,7 +255,30 @@ def test_random_crowds(data: st.DataObject) -> None:
     count = data.draw(st.integers(1, 12))
     starts = tuple(data.draw(st.permutations(range(16)))[:count])
     goals = tuple(data.draw(st.permutations(range(16)))[:count])
-    assert search(drawn.cells, starts, goals, Budget(starts=2)).outcome is Outcome.SOLVED
+    assert search(drawn.cells, starts, goals, Budget(starts=2), eager=()).outcome is Outcome.SOLVED
+
+
+def test_where_a_plan_for_all_takes_long_one_robot_after_the_other_is_brought_to_its_goal() -> None:
+    """Eight robots on sixteen cells: until all are at their goals at once, they move for minutes."""
+    drawn = Drawn("abc", "d#e", "f#g", "h#i", "jkl", "##m", "nop")
+    starts, goals = drawn.at("mkpidjfg"), drawn.at("ekjcpbfn")
+    for eager, outcome in (((), Outcome.SOLVED), ((7, 0), Outcome.FOR_ONE)):
+        result = search(drawn.cells, starts, goals, Budget(60, 20_000, 6_250), eager=eager)
+        assert result.outcome is outcome
+        if outcome is Outcome.SOLVED:
+            for_all = duration(result.steps)[0]
+    assert result.who == (7,)
+    ends = result.steps[-1]
+    assert ends[7] == goals[7]
+    assert faults(result.steps, starts=starts, goals=ends, joined=joined(drawn.cells)) == []
+    assert 2 * (duration(result.steps)[0] + joint_search.NEXT) < for_all
+
+
+def test_a_plan_for_all_stays_where_one_after_the_other_takes_as_long(monkeypatch: pytest.MonkeyPatch) -> None:
+    drawn = Drawn("abc", "d#e", "f#g", "h#i", "jkl", "##m", "nop")
+    starts, goals = drawn.at("mkpidjfg"), drawn.at("ekjcpbfn")
+    monkeypatch.setattr(joint_search, "NEXT", 1e3)
+    assert search(drawn.cells, starts, goals, Budget(60, 20_000, 6_250), eager=(7, 0)).outcome is Outcome.SOLVED
 
 
 def test_a_needless_detour_is_cut() -> None:
