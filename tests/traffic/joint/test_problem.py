@@ -72,6 +72,13 @@ def test_who_is_at_its_goal_moves_in_some_questions_and_stands_in_the_others(num
     assert question.until == (() if number == 0 else ("r1",))
 
 
+@pytest.mark.parametrize("done", [True, False])
+def test_nobody_leaves_its_goal_for_robots_that_only_go_back_to_theirs(done: bool) -> None:
+    question = asked(0, {"r1": member(A, done=True), "r2": member(E, E, done=done)})
+    assert question.members == (("r1",) if done else ("r1", "r2"))
+    assert question.exact is not done
+
+
 STRANGER = record("r9", F, claims=(Claim(G, 1, 1),))
 X, Y = FLOOR.cells.centre(A)
 
