@@ -126,8 +126,12 @@ def problem_of(
     wishes = {robot: member.goal for robot, member in everybody.items()}
     since = {robot: member.moved for robot, member in everybody.items()}
     goals = assign(cells, heads, wishes, in_the_way, since, done, idle, relaxation.aside)
-    moves = relaxation.everybody and done < everybody.keys()  # nobody leaves its place for who only goes back to its own
-    resting = set() if moves else {robot for robot, head in heads.items() if goals[robot] == head}
+    # nobody leaves its place for robots that only go back to theirs
+    resting = (
+        set()
+        if relaxation.everybody and done < everybody.keys()
+        else {robot for robot, head in heads.items() if goals[robot] == head}
+    )
     members = tuple(sorted(heads.keys() - resting))
     ends = tuple(goals[robot] for robot in members)
     blocked = frozenset(in_the_way | {heads[robot] for robot in resting})
