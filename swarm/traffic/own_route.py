@@ -119,8 +119,11 @@ class OwnRoute:
         cells, goal, tick, stays = situation.cells, situation.goal, situation.tick, situation.stays
         blocked = situation.blocked | stays if stays else situation.blocked
         complete = progress.route[-1] == goal if progress.route else progress.head == goal
-        if progress.sought and self._found_for == (goal, blocked) and (complete or tick < self._retry_at):
-            return progress
+        if progress.sought and self._found_for is not None:
+            found_for, avoided = self._found_for
+            # a way round is driven to its end: turning back once an obstacle is forgotten could go on for ever
+            if found_for == goal and (blocked <= avoided if complete else blocked == avoided and tick < self._retry_at):
+                return progress
         self._found_for, self._retry_at = (goal, blocked), tick + RETRY
         way = way_out or own_way(cells, progress.head, goal, blocked - {progress.head}, path)
         if not way and stays:  # no way leads round: wait before the mute robot

@@ -136,6 +136,24 @@ def test_the_way_is_the_cheapest_in_steps_and_in_what_it_strays(
     assert sum(map(cost, way)) == pytest.approx(nx.shortest_path_length(graph, start, goal, "weight"))
 
 
+def test_a_way_round_is_kept_though_the_obstacle_is_forgotten() -> None:
+    """It takes longer than an obstacle is remembered: a robot that turned back would find it again, for ever."""
+    start, goal, middle, other = RING.at("agdi")
+    own, progress = OwnRoute(), RouteProgress(Reservations((start,)), (ALONE,))
+    ways = []
+    for tick, blocked in enumerate(((), (middle,), (), (middle,), (middle, other))):
+        situation = Situation(
+            tick=tick, cells=RING.cells, head=start, goal=goal, blocked=frozenset(blocked), others={}, fresh={}
+        )  # fmt: skip
+        progress = own.find(progress, situation, ())
+        ways.append(progress.route)
+    straight, under, over = RING.at("bcdefg"), RING.at("hjklmnopig"), RING.at("812345679g")
+    assert ways[0] == straight
+    assert ways[1] in {under, over}
+    assert ways[2:4] == [ways[1]] * 2
+    assert own_way(RING.cells, start, goal, {middle, other}) == ways[4] == over
+
+
 def test_a_way_that_leads_to_the_goal_is_kept_though_the_planner_finds_another_path() -> None:
     """Claims are made along it; only another goal, or something in the way, is a reason to look again."""
     start, goal = RING.at("ag")
