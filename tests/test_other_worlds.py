@@ -50,6 +50,7 @@ KEPT = {  # worlds that were broken once: by what
     51133: "a robot drove past a mover where it had once stood",
     50346: "a robot whose answers came 0.2 s late drove into a mover",
     80217: "eight robots on sixteen cells moved for minutes until all stood at their goals at once",
+    100024: "a robot gave up the cell between it and its way, and another one took it",
 }
 # fmt: on
 

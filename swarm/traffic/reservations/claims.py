@@ -208,10 +208,11 @@ def room_beside(
     Without a threat, a robot in its head cell asks for none: it has no cell ahead to drive to.
     """
     if threats:
-        held = {cell for one in fresh.values() for cell in one.held}
-        return tuple([cell for cell in _away(threats, pose, cells) if cell not in held])
+        theirs = {cell for one in fresh.values() for cell in one.held}
+        return tuple([cell for cell in _away(threats, pose, cells) if cell not in theirs])
     here = cells.cell_of(*pose[:2])
-    back = [cell for cell in way_back(progress, here, cells) if not _is_wanted(cell, fresh)]
+    held = progress.reservations.held
+    back = [cell for cell in way_back(progress, here, cells) if cell in held or not _is_wanted(cell, fresh)]
     if not sweeps or progress.place(here) >= len(progress.reservations.held) - 1:
         return tuple(back)
     beside = _beside(progress, cells)
@@ -222,8 +223,8 @@ def way_back(progress: RouteProgress, here: int, cells: CellMap) -> tuple[int, .
     """List the cells between a robot's cell ``here`` beside its way and the cells of its way.
 
     There are none if it is on its way, or if it can stand in its cell, and that one and one of the way share a side.
-    Where it cannot, in a cell that is half wall, it may have to drive along the edge of that cell, and so needs the
-    cells beside all that it holds there.
+    Where it cannot, in a cell that is half wall, it may have to drive along the edge of that cell, and so needs those
+    that it holds there, and the cells beside them.
     """
     if not progress.strayed(here) or here == OUTSIDE:
         return ()
@@ -231,10 +232,10 @@ def way_back(progress: RouteProgress, here: int, cells: CellMap) -> tuple[int, .
     if cells.stands[here] and here in beside:
         return ()
     held = list(zip(progress.reservations.held, progress.steps, strict=True))
-    under = [here] if cells.stands[here] else [cell for cell, step in held if step == BESIDE]
-    mine = {*under, *(cell for cell, step in held if step != BESIDE)}
-    near = sorted({cell for one in under for cell in cells.beside(one) if cells.is_passable(one, cell)})
-    return tuple([cell for cell in near if cell in beside and cell not in mine])
+    under = {here} if cells.stands[here] else {cell for cell, step in held if step == BESIDE}
+    near = under | {cell for one in under for cell in cells.beside(one) if cells.is_passable(one, cell)}
+    way = {here, *(cell for cell, step in held if step != BESIDE)}
+    return tuple(sorted((near & beside) - way))
 
 
 def _beside(progress: RouteProgress, cells: CellMap) -> set[int]:

@@ -262,6 +262,7 @@ BACK: dict[str, tuple[str, int, str, dict[str, str], str]] = {  # held, how many
     "of the two one is another's":        ("jrs",  1, "j", {"held": "k"},    "q"),
     "both are another's":                 ("jrs",  1, "j", {"ahead": "kq"},  ""),
     "one of the two is held: kept":       ("qjrs", 2, "j", {},               "kq"),
+    "whatever others plan":               ("qjrs", 2, "j", {"ahead": "kq"},  "q"),
     "it shares a side with its way":      ("krs",  1, "k", {},               ""),
     "it is on its way":                   ("jrs",  1, "r", {},               ""),
     "two cells off, it drives about":     ("irs",  1, "i", {},               ""),
@@ -293,6 +294,9 @@ def test_who_strayed_into_a_lane_half_a_cell_wide_asks_for_the_cells_along_its_w
     astray = RouteProgress(Reservations((3, 4, 7, 8)), (BESIDE, BESIDE, ALONE, ALONE))
     assert not cells.stands[4]
     assert room_beside(astray, Pose(1.25, 2.0, 0.0), (), {}, (), cells) == (6,)
+    keeps = RouteProgress(Reservations((3, 4, 6, 7, 8)), (BESIDE,) * 3 + (ALONE,) * 2)
+    plans = Record(robot="r2", stamp=0, x=0.0, y=0.0, goal=6, ahead=(6,))
+    assert room_beside(keeps, Pose(1.25, 2.0, 0.0), (), {"r2": plans}, (), cells) == (6,), "what it has, it keeps"
 
 
 def threatened(*places: tuple[str, float, float], floor: Drawn = YARD, held: str = "") -> str:
