@@ -56,6 +56,9 @@ class JointPlan(Struct, frozen=True, kw_only=True, omit_defaults=True):
     ]
     after: Annotated[dict[Id, tuple[Entry, ...]], says("the turns that each member waits for")]
     until: Annotated[tuple[Id, ...], says("those who must arrive before the others leave the ends of their ways")] = ()
+    through: Annotated[
+        bool, says("ways lead on through targets that members share: who is at the end of its way waits for nobody")
+    ] = False
 
 
 class Sighting(NamedTuple):
@@ -113,6 +116,7 @@ class Record(Notice, frozen=True, kw_only=True, omit_defaults=True):
             "cell it drives to: that of its target; done: of the place where it must stand; idle: where it is; -1: none"
         ),
     ]
+    then: Annotated[Cell, says("cell of the target after that one; -1: there is none")] = -1
     idle: Annotated[
         bool, says("it has no target left and may stand anywhere: a joint plan may send it wherever there is room")
     ] = False

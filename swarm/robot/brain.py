@@ -252,6 +252,7 @@ class Robot:
             sense=sense,
             pose=pose,
             goal=goal or (mission.stops[-1] if mission.stops else pose[:2]),
+            then=mission.then,
             done=goal is None,
             anywhere=goal is None and (mission.number > 0 or self._settings.serve),
             target=min(mission.target, len(mission.stops) - 1),

@@ -73,6 +73,17 @@ class Mission:
         under_way = self.stage is Stage.OUTBOUND or self.stage is Stage.RETURNING
         return self.stops[self.target] if under_way else None
 
+    @property
+    def then(self) -> Point | None:
+        """The stop after that one [m], or None."""
+        if self.goal is None:
+            return None
+        following = self._next_from(self.target + 1)
+        if following < len(self.stops):
+            return self.stops[following]
+        lap = [stop for stop in range(self.target) if stop not in self.unreachable] if self._patrols else []
+        return self.stops[lap[0]] if lap else None
+
     def take(self, occasion: Occasion) -> None:
         """Change the stage as the table says.
 

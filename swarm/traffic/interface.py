@@ -53,6 +53,7 @@ class TrafficInputs(NamedTuple):
     heard: Sequence[TrafficBroadcast] = ()
     mute: Sequence[Spoken] = ()  # heard broadcasts that say nothing of traffic
     sweeps: tuple[int, ...] = ()  # cells that the robot would drive over if it had them, the soonest first
+    then: Point | None = None  # m, where it wants to be after the goal; None: nowhere else
     done: bool = False  # no stop is left: the goal is only a place to stand
     stands: bool = False  # it was told to stop: it drives nowhere, and takes part in no joint plan
     path: Sequence[Point] = ()  # m, to the goal, from the robot's own planner; (): any shortest way

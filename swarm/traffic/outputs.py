@@ -69,6 +69,7 @@ class RecordWriter:
             y=inputs.pose.y,
             speed=inputs.speed,
             goal=result.goal.cell,
+            then=situation.then,
             idle=situation.idle,
             done=situation.done,
             wants=result.goal.since,
@@ -116,7 +117,7 @@ def way_ahead(result: StepResult, place: int) -> tuple[int, ...]:
 
 def stops_in(result: StepResult, ahead: Sequence[int]) -> bool:
     """Return True if one of the cells ahead holds the next stop: the robot drives over it, whatever comes then."""
-    return result.goal.cell in ahead and not result.situation.done and not result.situation.idle
+    return result.situation.visits in ahead
 
 
 def waypoints(
@@ -206,7 +207,8 @@ def outputs_of(
     """Return the outputs of a step; ``still`` [m] are bodies that stand near, ``broadcast`` is told."""
     tick, held = result.situation.tick, result.progress.reservations.held
     place = result.progress.place(result.body.cell)
-    alone, ahead = peers.alone_in(held, tick), way_ahead(result, place)
+    first = result.progress.until(result.body.cell, result.situation.visits)
+    alone, ahead = peers.alone_in(held, tick), way_ahead(result, first)
     stops, to_look, following = stops_in(result, ahead), looks(result, settings), result.joint.following
     doing = activity(result)
     return TrafficOutputs(
@@ -225,6 +227,6 @@ def outputs_of(
         waits=hinderers(result, doing),
         activity=doing,
         events=result.events,
-        way=(*held[place:], *result.progress.route),
+        way=(*held[first:], *result.progress.route),
         members=following.members if following is not None else (),
     )

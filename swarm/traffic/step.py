@@ -50,6 +50,7 @@ class Before(NamedTuple):
     moved: int  # tick of its last progress
     listen_until: int  # tick
     threats: tuple[MovingObstacle, ...]  # obstacles that moved near it
+    then: int  # cell of the stop after its goal
 
 
 class Heard(NamedTuple):
@@ -109,7 +110,9 @@ class Traffic:
         """
         heard = self._listen(inputs, cells)
         result = self._decide(inputs, heard, cells)
-        self._before = Before(inputs.tick, result.progress, result.moved, heard.listen_until, result.halt.threats)
+        self._before = Before(
+            inputs.tick, result.progress, result.moved, heard.listen_until, result.halt.threats, result.situation.then
+        )
         self._joins = cells.neighbours
         return self._speak(result)
 
@@ -167,7 +170,10 @@ class Traffic:
         on_way = self._presence.keep_on_way(needed, body, cells, threatened=bool(heard.threats))
         asks = not free_drive and joint.frozen is None and not heard.listens
         room = room_beside(on_way, inputs.pose, inputs.sweeps, heard.fresh, heard.threats, cells) if asks else ()
-        released = on_way.released(body.touched, body.cell, room)
+        visits = (
+            self._goal.cell if wish.goal is not None and wish.goal == self._goal.wish and not wish.done else OUTSIDE
+        )
+        released = on_way.released(body.touched, body.cell, room, visits)
         moved = tick if released.on_way < on_way.on_way else heard.moved
         other_goal = self._goal.set(wish.goal, released, body, cells, settings.radius)
         beyond = tuple([cell for cell in released.reservations.held if cell not in body.touched])
@@ -177,9 +183,10 @@ class Traffic:
         halted = self._halt(yielded, inputs, body, cells, listens=heard.listens)
 
         # layer 2: which way
-        if other_goal or not halted.progress.following:
+        if (other_goal and not self._leads_on(halted.progress)) or not halted.progress.following:
             joint.take(Drops())
-        situation = self._situation(tick, wish, halted.progress, moved, heard.fresh, cells)
+        then = cells.cell_of(*inputs.then) if inputs.then is not None and not wish.done else OUTSIDE
+        situation = self._situation(tick, wish, then, halted.progress, moved, heard.fresh, cells)
         decision = joint.take(Leaves() if inputs.stands else situation)
         routed = (
             brought_to_rest(halted.progress, body, cells)
@@ -209,6 +216,12 @@ class Traffic:
             face, self._inspector.leans_to, free_drive, moved_now, room, heard.threats, speaks,
             (*heard.events, *halted.events, *decision.events, *complaints),
         )  # fmt: skip
+
+    def _leads_on(self, progress: RouteProgress) -> bool:
+        """Return True if the joint plan leads on to the new goal: it is the one that the robot told as the next."""
+        plan, before = self._joint.following, self._before
+        told = before is not None and before.then == self._goal.cell
+        return plan is not None and plan.plan.through and told and bool(progress.route)
 
     def _wish(self, inputs: TrafficInputs, head: int, cells: CellMap) -> Wish:
         """Return where the robot wants to be: for a while aside, if it has long stood beside a mute robot."""
@@ -253,7 +266,14 @@ class Traffic:
         return Halted(kept, halt, (TrafficNote("halted", (self.me,), text),))
 
     def _situation(
-        self, tick: int, wish: Wish, progress: RouteProgress, moved: int, fresh: Mapping[str, Record], cells: CellMap
+        self,
+        tick: int,
+        wish: Wish,
+        then: int,
+        progress: RouteProgress,
+        moved: int,
+        fresh: Mapping[str, Record],
+        cells: CellMap,
     ) -> Situation:
         others = self._peers.others
         # a way leads round robots that were told to stop, as round an obstacle: no plan moves them
@@ -269,6 +289,7 @@ class Traffic:
             cleared=self._sightings.clear(others, self._peers.heard_lately(tick)),
             others=others,
             fresh=fresh,
+            then=then,
             done=wish.done,
             wants=self._goal.since,
             bodies=partial(self._inspector.remembered, self._peers.fallen_silent(tick), cells),

@@ -111,6 +111,7 @@ class CellPilot:
                 tick=sense.tick,
                 pose=pose,
                 goal=None if idle else inputs.goal,
+                then=inputs.then,
                 sweeps=() if before.driven.drawn_to is None or before.driven.circles else rolled,
                 speed=abs(sense.linear),
                 braking=self._filter.braking(body, self._under_way(late, before)),

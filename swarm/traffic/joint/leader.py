@@ -163,6 +163,7 @@ def _plan(call: Searching, answer: Result, order: Precedence) -> JointPlan:
     return JointPlan(
         epoch=call.epoch,
         ways=dict(zip(names, order.ways, strict=True)) | {robot: (cell,) for robot, cell in problem.at_rest.items()},
+        through=bool(problem.vias),
         until=(names[answer.who[0]],) if answer.outcome is Outcome.FOR_ONE else problem.until,
         after={
             robot: tuple(Entry(step, names[before.robot], before.place) for step, before in sorted(after.items()))

@@ -3,6 +3,7 @@
 Each robot ends in a cell of its own: its goal, or a free cell near it if that is taken or cut off.
 """
 
+from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from enum import Enum, auto
 from random import Random
@@ -10,7 +11,7 @@ from typing import Final, NamedTuple
 
 from swarm.geometry import distance
 from swarm.messages.traffic import Epoch, Record
-from swarm.traffic.lattice.cell_map import CellMap
+from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
 from swarm.traffic.lattice.distances import FAR
 from swarm.traffic.mapf.planner import Budget, JointSearch
 from swarm.traffic.peers.situation import Situation
@@ -38,9 +39,11 @@ class Relaxation(NamedTuple):
     round: Round
     everybody: bool  # robots at their goals move too, if they are in the way
     aside: Displaced
+    through: bool = False  # robots that share a target go on from there to their next ones
 
 
 RELAXATIONS: Final = (
+    Relaxation(Round.HELD, True, Displaced.NEAR, through=True),
     Relaxation(Round.HELD, True, Displaced.NEAR),
     # a smaller problem: a search for many robots sometimes takes too long
     Relaxation(Round.HELD, False, Displaced.NEAR),
@@ -50,6 +53,7 @@ RELAXATIONS: Final = (
     Relaxation(Round.BODIES, True, Displaced.STAY),
     Relaxation(Round.MIDDLES, True, Displaced.NEAR),
 )
+WHOLE: Final = 2  # the first of them, in which nobody's goal counts less than another's
 
 
 class Member(NamedTuple):
@@ -61,6 +65,7 @@ class Member(NamedTuple):
     done: bool
     moved: int  # tick of its last progress
     wants: int  # tick since which it has had this goal
+    then: int = OUTSIDE  # cell of the target after that one; OUTSIDE: there is none
 
 
 class Problem(NamedTuple):
@@ -75,15 +80,17 @@ class Problem(NamedTuple):
     exact: bool  # only walls are in the way, and each has its own goal: "unsolvable" is true of the mission
     at_rest: Mapping[str, int]  # robots that stay, and their cells
     until: tuple[str, ...]  # members for which the others make room
+    vias: tuple[int, ...] = ()  # the shared target that each member visits on its way; OUTSIDE: none
 
     @property
     def asks(self) -> object:
         """What distinguishes it from other problems."""
-        return self.members, self.goals, self.blocked
+        return self.members, self.goals, self.blocked, self.vias
 
     def search(self, epoch: Epoch, cells: CellMap, settings: TrafficConstants) -> JointSearch:
         """Return a search for the answer."""
-        blocked, expansions = self.blocked, settings.expansions // (2 if self.relaxation else 1)
+        blocked, expansions = self.blocked, settings.expansions // (1 if self.relaxation < WHOLE else 2)
+        enough = settings.enough * (2 if self.vias else 1) // len(self.members)  # a way through a target is longer
         return JointSearch(
             [[cell for cell in near if cell not in blocked] for near in cells.neighbours]
             if blocked
@@ -91,21 +98,24 @@ class Problem(NamedTuple):
             [cells.distances(goal, blocked) for goal in self.goals],
             self.starts,
             self.goals,
-            budget=Budget(settings.starts, expansions, settings.enough // len(self.members)),
+            budget=Budget(settings.starts, expansions, enough),
             random=Random(f"{epoch.tick} {epoch.leader}"),
             eager=self.eager,
+            vias=[cells.distances(via, blocked) if via != OUTSIDE else None for via in self.vias],
         )
 
 
 def members_of(epoch: Epoch, me: str, situation: Situation) -> dict[str, Member]:
     """Return all that stand for a plan, ``me`` included; of robots that share a head, only the first."""
     now = situation
-    members = {me: Member(now.head, now.goal, now.idle, now.done, now.moved, now.wants)}
+    members = {me: Member(now.head, now.goal, now.idle, now.done, now.moved, now.wants, now.then)}
     for robot, record in situation.fresh.items():
         heads = [member.head for member in members.values()]
         if record.frozen == epoch and record.held and record.held[-1] not in heads:
             head = record.held[-1]
-            members[robot] = Member(head, record.goal, record.idle, record.done, record.moved, record.wants)
+            members[robot] = Member(
+                head, record.goal, record.idle, record.done, record.moved, record.wants, record.then
+            )
     return members
 
 
@@ -123,7 +133,8 @@ def problem_of(
     idle = {robot for robot in everybody if everybody[robot].idle} | (
         done if relaxation.aside is Displaced.STAY else set()
     )
-    wishes = {robot: member.goal for robot, member in everybody.items()}
+    vias = _vias(everybody, in_the_way, cells) if relaxation.through else {}
+    wishes = {robot: member.then if robot in vias else member.goal for robot, member in everybody.items()}
     since = {robot: member.moved for robot, member in everybody.items()}
     goals = assign(cells, heads, wishes, in_the_way, since, done, idle, relaxation.aside)
     # nobody leaves its place for robots that only go back to theirs
@@ -135,7 +146,7 @@ def problem_of(
     members = tuple(sorted(heads.keys() - resting))
     ends = tuple(goals[robot] for robot in members)
     blocked = frozenset(in_the_way | {heads[robot] for robot in resting})
-    exact = not blocked and not settings.learns
+    exact = not blocked and not settings.learns and not vias
     wanting = {robot: everybody[robot] for robot in members if robot not in idle}
     eager = _eager(members, ends, wanting)
     return Problem(
@@ -147,8 +158,23 @@ def problem_of(
         eager=eager,
         exact=exact,
         at_rest={robot: heads[robot] for robot in sorted(resting)},
-        until=tuple(members[index] for index in eager) if number else (),
+        until=() if number < WHOLE else tuple(members[index] for index in eager),
+        vias=tuple(vias.get(robot, OUTSIDE) for robot in members) if vias else (),
     )
+
+
+def _vias(everybody: Mapping[str, Member], blocked: Collection[int], cells: CellMap) -> dict[str, int]:
+    """Return the target of each robot that shares it with another one and can go on from there to the next."""
+    wanting = {robot: member for robot, member in everybody.items() if not (member.idle or member.done)}
+    shared = Counter(member.goal for member in wanting.values())
+    found: dict[str, int] = {}
+    for robot, member in wanting.items():
+        via, then = member.goal, member.then
+        if shared[via] > 1 and 0 <= via < len(cells) and 0 <= then < len(cells) and then != via and cells.stands[then]:
+            steps = cells.distances(via, blocked)
+            if steps[member.head] < FAR and steps[then] < FAR:
+                found[robot] = via
+    return found
 
 
 def _eager(members: Collection[str], ends: Collection[int], wanting: Mapping[str, Member]) -> tuple[int, ...]:

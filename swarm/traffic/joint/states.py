@@ -80,6 +80,8 @@ class Following(NamedTuple):
         """Return True if the robot still has to follow the plan, or to stay where the plan has led it."""
         if progress.route or progress.head == situation.goal:
             return True
+        if self.plan.through:
+            return False
         if self.makes_room(situation, under_way=len(progress.reservations.held) > 1):
             return True
         if self.first_at(situation.goal, situation.fresh) is not None:

@@ -19,6 +19,10 @@ from swarm.traffic.mapf.pibt import Configuration, Joined, StepGenerator, Tables
 
 Orders = tuple[tuple[int, int], ...]  # constraints: (robot, cell that it goes to)
 Steps = list[Configuration]  # configurations, one per time step
+Vias = Sequence[
+    Sequence[int] | None
+]  # [robot][cell] -> steps to a cell that it visits on its way; None: it visits none
+Been = tuple[bool, ...]  # [robot] -> it has visited that cell, or has none to visit; (): nobody has any
 
 
 class SearchState(Enum):
@@ -35,10 +39,11 @@ class _Node:
     A search keeps thousands: an array and a short list need a third of the memory of a list of floats and a deque.
     """
 
-    __slots__ = ("at", "orders", "parent", "priority", "urgency")
+    __slots__ = ("at", "been", "orders", "parent", "priority", "urgency")
 
-    def __init__(self, at: Configuration, parent: "_Node | None", urgency: Iterable[float]) -> None:
+    def __init__(self, at: Configuration, been: Been, parent: "_Node | None", urgency: Iterable[float]) -> None:
         self.at = at
+        self.been = been
         self.parent = parent
         self.urgency = array("d", urgency)
         self.priority = sorted(range(len(at)), key=self.urgency.__getitem__, reverse=True)
@@ -46,7 +51,11 @@ class _Node:
 
 
 class Search:
-    """One search from ``starts`` to ``goals``; ``tables[i]`` holds the steps of robot i to its goal from every cell."""
+    """One search from ``starts`` to ``goals``; ``tables[i]`` holds the steps of robot i to its goal from every cell.
+
+    Robots with a via visit that cell first. ``near_first``: at first, those nearest to theirs have priority, otherwise
+    those farthest off.
+    """
 
     def __init__(
         self,
@@ -57,6 +66,8 @@ class Search:
         *,
         ties: Ties,
         random: Random,
+        vias: Vias = (),
+        near_first: bool = False,
     ) -> None:
         self.state = SearchState.RUNNING
         self.expansions = 0
@@ -65,10 +76,14 @@ class Search:
         self._neighbours: Final = neighbours
         self._random: Final = random
         self._generator: Final = StepGenerator(neighbours, tables, goals, ties=ties, random=random)
-        farthest = 1 + max((table[start] for table, start in zip(tables, starts, strict=True)), default=0)
-        root = _Node(starts, None, [table[start] / farthest for table, start in zip(tables, starts, strict=True)])
+        self._tables: Final = tables
+        self._vias: Final = vias
+        been = self._visited((), starts)
+        steps = [table[start] for table, start in zip(self._tables_for(been), starts, strict=True)]
+        farthest = 1 + max(steps, default=0)
+        root = _Node(starts, been, None, [(farthest - 1 - left if near_first else left) / farthest for left in steps])
         self._open: list[_Node] = [root]
-        self._known: dict[Configuration, _Node] = {starts: root}
+        self._known: dict[tuple[Configuration, Been], _Node] = {(starts, been): root}
         if any(table[start] >= len(neighbours) for table, start in zip(tables, starts, strict=True)):
             self.state = SearchState.UNSOLVABLE  # no way leads to a goal
 
@@ -84,7 +99,7 @@ class Search:
             self.state = SearchState.UNSOLVABLE
             return
         node = self._open[-1]
-        if node.at == self._goals:
+        if node.at == self._goals and all(node.been):
             self.steps = _way_to(node)
             self.state = SearchState.SOLVED
             return
@@ -95,14 +110,36 @@ class Search:
         orders = node.orders.pop(0)
         self._add_orders(node, orders)
         before = node.parent.at if node.parent else node.at
+        self._generator.tables = self._tables_for(node.been)
         at = self._generator.step(node.at, before, node.priority, orders)
         if at is None:
             return
-        known = self._known.get(at)
+        been = self._visited(node.been, at)
+        known = self._known.get((at, been))
         if known is None:
-            known = _Node(at, node, self._urgency(node, at))
-            self._known[at] = known
+            known = _Node(at, been, node, self._urgency(node, at, been))
+            self._known[at, been] = known
         self._open.append(known)
+
+    def _visited(self, before: Been, at: Configuration) -> Been:
+        """Return who has visited its via, a step later."""
+        if not self._vias:
+            return ()
+        return tuple(
+            [
+                via is None or via[cell] == 0 or (bool(before) and before[robot])
+                for robot, (via, cell) in enumerate(zip(self._vias, at, strict=True))
+            ]
+        )
+
+    def _tables_for(self, been: Been) -> Tables:
+        """Return the steps of each robot to where it goes next."""
+        if all(been):
+            return self._tables
+        return [
+            table if there or via is None else via
+            for table, via, there in zip(self._tables, self._vias, been, strict=True)
+        ]
 
     def _add_orders(self, node: _Node, orders: Orders) -> None:
         """Queue every constraint on the next robot, on top of these constraints, for later expansions."""
@@ -114,11 +151,11 @@ class Search:
         self._random.shuffle(cells)
         node.orders.extend([(*orders, (robot, cell)) for cell in cells])
 
-    def _urgency(self, node: _Node, at: Configuration) -> list[float]:
+    def _urgency(self, node: _Node, at: Configuration, been: Been) -> list[float]:
         """Return the urgencies one step later: robots not at their goals gain 1, robots at their goals fall below 1."""
         return [
-            urgency % 1.0 if cell == goal else urgency + 1.0
-            for urgency, cell, goal in zip(node.urgency, at, self._goals, strict=True)
+            urgency % 1.0 if cell == goal and (not been or been[robot]) else urgency + 1.0
+            for robot, (urgency, cell, goal) in enumerate(zip(node.urgency, at, self._goals, strict=True))
         ]
 
 
@@ -131,10 +168,11 @@ def _way_to(node: _Node) -> Steps:
     return steps
 
 
-def without_detours(steps: Sequence[Configuration]) -> Steps:
+def without_detours(steps: Sequence[Configuration], vias: Sequence[int] = ()) -> Steps:
     """Return the plan without detours: a robot stays in a cell if it would return before another robot enters it.
 
-    No other robot is affected: the cell was free, and cells that the robot no longer enters stay free.
+    No other robot is affected: the cell was free, and cells that the robot no longer enters stay free. ``vias`` are the
+    cells that the robots visit on their ways: a detour through such a cell stays.
     """
     if not steps:
         return []
@@ -146,7 +184,11 @@ def without_detours(steps: Sequence[Configuration]) -> Steps:
         for time, at in enumerate(plan):
             for robot, cell in enumerate(at):
                 who, when = last.get(cell, (robot, time))
-                if who == robot and time - when > 1:
+                if (
+                    who == robot
+                    and time - when > 1
+                    and not (vias and any(plan[between][robot] == vias[robot] for between in range(when + 1, time)))
+                ):
                     for between in range(when + 1, time):
                         gone = plan[between][robot]
                         if last.get(gone) == (robot, between):

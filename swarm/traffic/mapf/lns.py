@@ -10,23 +10,25 @@ from itertools import pairwise
 from random import Random
 from typing import Final
 
-from swarm.traffic.mapf.lacam import Steps
+from swarm.traffic.mapf.lacam import Steps, Vias
 from swarm.traffic.mapf.makespan import pace
 from swarm.traffic.mapf.pibt import Joined, Tables
 
 MOST_OUT: Final = 3  # robots taken out at once
 LONGER: Final = 4  # time steps by which the plan may become longer: a way round can be quicker than a way back
 POPS: Final = 1_000  # expansions of the search for one way
+VIA_POPS: Final = 3_000  # the same through another cell
 CHANCE: Final = 0.01  # steps, a random cost that decides between equal ways
 
-State = tuple[int, int, int]  # time step, cell, and the cell from which it was entered
+State = tuple[int, int, int, bool]  # time step, cell, the cell from which it was entered, the via was visited
 
 
 class Improving:
     """Changes of plans without rings of movers; ``pops`` counts the expansions."""
 
-    def __init__(self, neighbours: Joined, tables: Tables, random: Random) -> None:
+    def __init__(self, neighbours: Joined, tables: Tables, random: Random, vias: Vias = ()) -> None:
         self.pops = 0
+        self._vias = vias
         self._neighbours = neighbours
         self._tables = tables
         self._random = random
@@ -45,7 +47,7 @@ class Improving:
         self._take_out(out, ways)
         again: list[int] = []  # robots with new ways
         for robot in out:
-            way = self._way(self._tables[robot], ways[robot])
+            way = self._way(self._tables[robot], ways[robot], self._vias[robot] if self._vias else None)
             if way is None:
                 break
             ways[robot] = way
@@ -81,33 +83,38 @@ class Improving:
                     return True
         return False
 
-    def _way(self, table: Sequence[int], old: Sequence[int]) -> list[int] | None:
-        """Return a quickest way past the others, a cell per time step, from the old start to the old end, or None."""
+    def _way(self, table: Sequence[int], old: Sequence[int], via: Sequence[int] | None) -> list[int] | None:
+        """Return a quickest way past the others, a cell per time step, from the old start to the old end, or None.
+
+        If ``via`` is not None, the way leads through the cell to which ``via`` holds the steps.
+        """
         at = self._at
         start, goal, end = old[0], old[-1], len(old) - 1
         free_from = 1 + max((time for time, taken in enumerate(at) if goal in taken), default=-1)
         offset, random = table[goal], self._random.random
-        first = (0, start, start)
+        beyond = via[goal] if via is not None else 0
+        first = (0, start, start, via is None or via[start] == 0)
         cost, came = {first: 0.0}, {first: first}
-        ready: list[tuple[float, State]] = [(float(table[start]), first)]
-        for _ in range(POPS):
+        ready: list[tuple[float, State]] = [(0.0, first)]
+        for _ in range(POPS if via is None else VIA_POPS):
             if not ready:
                 break
             state = heappop(ready)[1]
-            time, cell, before = state
+            time, cell, before, been = state
             self.pops += 1
-            if cell == goal and time >= free_from:
+            if cell == goal and time >= free_from and been:
                 way = _back(came, state)
                 return way + [goal] * (end + 1 - len(way))
             if time == end:
                 continue
             now, then = at[time], at[time + 1]
             for other in (*self._neighbours[cell], cell):
-                left = table[other] - offset
+                there = been or (via is not None and via[other] == 0)
+                left = table[other] - offset if there or via is None else via[other] + beyond
                 swaps = other in now and then.get(cell) == now[other]
                 if other in then or swaps or time + 1 + left > end:
                     continue
-                following = (time + 1, other, before if other == cell else cell)
+                following = (time + 1, other, before if other == cell else cell, there)
                 step = 1.0 if other == cell else pace(before, cell, other)
                 costs = cost[state] + step + CHANCE * random()
                 if costs < cost.get(following, costs + 1.0):

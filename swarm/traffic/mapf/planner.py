@@ -20,7 +20,7 @@ from random import Random
 from typing import Final
 
 from swarm.traffic.mapf.best_first import BestFirst
-from swarm.traffic.mapf.lacam import Search, SearchState, Steps, without_detours
+from swarm.traffic.mapf.lacam import Search, SearchState, Steps, Vias, without_detours
 from swarm.traffic.mapf.lns import Improving
 from swarm.traffic.mapf.makespan import duration
 from swarm.traffic.mapf.one_robot import OneRobot
@@ -34,6 +34,8 @@ LATE: Final = 4  # starts without a plan, after which each pair is tried alone
 PAIR: Final = 2_000  # expansions for one pair at most
 POP: Final = 3  # expansions of one robot that take as long as one expansion in improving
 FRUITLESS: Final = 20  # changes in a row that make the plan no quicker, after which improving ends
+THROUGH: Final = 10  # times as many where ways lead through vias: such plans are longer
+QUEUE: Final = 4  # expansions for each robot that a start may cost besides, where robots queue at vias
 LONG: Final = 3  # times the longest way: a plan that takes longer is compared with one robot after the other
 NEXT: Final = 2.0  # steps that the robots stand until the plan for the next robot is made
 BEST_FIRST: Final = 10_000  # expansions for one question to the search that moves one robot at a time
@@ -75,7 +77,9 @@ class JointSearch:
     """A search for a joint plan, to be advanced a little in each control step until ``result`` is set.
 
     ``eager`` are the robots that still have to reach their goals, the longest waiting first; the others only have to
-    stand somewhere. None: all robots that are not at their goals.
+    stand somewhere. None: all robots that are not at their goals. ``vias`` are the steps of each robot to a cell that
+    it visits on its way; None: it visits none. Several robots may visit one cell. Such a search proves nothing: it ends
+    with a plan or without.
 
     Raises:
         ValueError: Two robots have the same start or the same goal.
@@ -91,6 +95,7 @@ class JointSearch:
         budget: Budget,
         random: Random,
         eager: Sequence[int] | None = None,
+        vias: Vias = (),
     ) -> None:
         if len(set(starts)) < len(starts) or len(set(goals)) < len(goals):
             raise ValueError(f"two robots in one cell: starts {starts}, goals {goals}")
@@ -101,7 +106,9 @@ class JointSearch:
         self._spent = 0
         self._begun = 0
         self._search: Search | None = None
-        self._pairs = list(combinations(range(len(starts)), 2))[::-1]
+        self._vias = vias if any(via is not None for via in vias) else ()
+        self._visits = [-1 if via is None else via.index(0) for via in self._vias]  # cell that each robot visits
+        self._pairs = [] if self._vias else list(combinations(range(len(starts)), 2))[::-1]
         self._best: Plan | None = None
         self._improver: Improving | None = None
         self._improving = 0  # expansions that changes of the plan have cost
@@ -112,9 +119,12 @@ class JointSearch:
         self._alone: OneRobot | None = None  # the search for the next of them
         away = [robot for robot, (start, goal) in enumerate(zip(starts, goals, strict=True)) if start != goal]
         self._eager = tuple(away if eager is None else eager)
-        self._questions = [tuple(range(len(starts))), *((robot,) for robot in self._eager)]
+        self._questions = [] if self._vias else [tuple(range(len(starts))), *((robot,) for robot in self._eager)]
         self._together = True  # False once it is proven that they cannot all be at their goals at once
-        self._longest = max((table[start] for table, start in zip(tables, starts, strict=True)), default=0)
+        ways = [table[start] for table, start in zip(tables, starts, strict=True)]
+        for robot, via in enumerate(self._vias):
+            ways[robot] = ways[robot] if via is None else via[starts[robot]] + via[goals[robot]]
+        self._longest = max(ways, default=0)
 
     def advance(self, expansions: int) -> Result | None:
         """Spend at most ``expansions``; return the result once there is one."""
@@ -154,7 +164,8 @@ class JointSearch:
         if self._best is not None:
             return min(left, PATIENCE * self._least + EXTRA - search.expansions)
         doubled = min((self._begun - 1) // 4, 20)
-        return min(left, ((2 * self._longest + EXTRA) << doubled) - search.expansions)
+        share = 2 * self._longest + EXTRA + QUEUE * len(self._vias)
+        return min(left, (share << doubled) - search.expansions)
 
     def _try_a_pair(self) -> int:
         """Check if each of two robots could arrive with nobody else there; return the cost in expansions of all."""
@@ -200,11 +211,13 @@ class JointSearch:
 
     def _begin(self) -> Search | None:
         neighbours, tables, starts, goals = self._problem
-        if self._is_lost:
+        if self._is_lost or (self._vias and self._best is None and self._begun > 2 * LATE):
             self._finish(Outcome.NOT_FOUND)
             return None
-        ties = TURNS[self._begun % len(TURNS)]
-        self._search = Search(neighbours, tables, starts, goals, ties=ties, random=self._random)
+        ties, near_first = TURNS[self._begun % len(TURNS)], bool(self._vias) and self._begun % 2 == 0
+        self._search = Search(
+            neighbours, tables, starts, goals, ties=ties, random=self._random, vias=self._vias, near_first=near_first
+        )
         self._begun += 1
         return self._search
 
@@ -222,12 +235,17 @@ class JointSearch:
 
     def _take(self, found: Steps, expansions: int) -> None:
         """Keep a plan if it is the quickest so far."""
-        steps = without_detours(found)
-        judged = duration(steps)
+        steps = without_detours(found, self._visits)
+        judged = self._judged(steps)
         self._least = expansions if self._best is None else min(self._least, expansions)
         if self._best is None or judged < self._best[0]:
             self._best = (judged, steps)
         self._search = None
+
+    def _judged(self, steps: Steps) -> tuple[float, float]:
+        """Return what counts of a plan: its last arrival, then all; where robots queue, the mean one counts as well."""
+        last, total = duration(steps)
+        return (last + total / len(steps[0]), total) if self._vias else (last, total)
 
     def _improve(self, best: Plan, expansions: int) -> int:
         """Change the plan a little, and keep what is no slower; return the cost in expansions of all robots.
@@ -235,14 +253,15 @@ class JointSearch:
         When nothing makes it quicker any more, the plan is compared with one robot after the other.
         """
         neighbours, tables, starts, _ = self._problem
-        if len(starts) == 1 or self._fruitless >= FRUITLESS or self._improving >= self._budget.enough:
+        fruitless = FRUITLESS * (THROUGH if self._vias else 1)
+        if len(starts) == 1 or self._fruitless >= fruitless or self._improving >= self._budget.enough:
             return self._compare(best, expansions)
         self._fruitless += 1
-        improving = self._improver = self._improver or Improving(neighbours, tables, self._random)
+        improving = self._improver = self._improver or Improving(neighbours, tables, self._random, self._vias)
         before = improving.pops
         steps = improving.changed(best[1])
         if steps is not None:
-            judged = duration(steps)
+            judged = self._judged(steps)
             if judged < best[0]:
                 self._fruitless = 0
             if judged <= best[0]:
@@ -255,7 +274,7 @@ class JointSearch:
         """Take the plan for all, or that for the first robot if one after the other is quicker; return the cost."""
         neighbours, tables, starts, _ = self._problem
         one_by_one = sum(arrival + NEXT for (arrival, _), _ in self._in_turn)
-        if best[0][0] <= LONG * self._longest or one_by_one >= best[0][0] or not self._eager:
+        if self._vias or best[0][0] <= LONG * self._longest or one_by_one >= best[0][0] or not self._eager:
             self._finish(Outcome.SOLVED)
             return 0
         if len(self._in_turn) == len(self._eager):

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 from swarm.messages.traffic import Record
-from swarm.traffic.lattice.cell_map import CellMap
+from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
 from swarm.traffic.peers.sightings import Cleared
 
 
@@ -21,8 +21,14 @@ class Situation(NamedTuple):
     moved: int = 0  # tick of its last progress
     blocked: frozenset[int] = frozenset()  # cells in which a robot saw an unexpected body
     cleared: Cleared = frozenset()  # cells of silent robots that a robot saw empty
+    then: int = OUTSIDE  # cell of the stop after its goal; OUTSIDE: there is none
     done: bool = False  # it has no stop left
     wants: int = 0  # tick since which it has had this goal
     bodies: Callable[[], frozenset[int]] = frozenset  # cells in which silent robots were last heard, and may stand
     mutes: frozenset[str] = frozenset()  # robots that are heard but say nothing of traffic
     stays: frozenset[int] = frozenset()  # cells that they have covered for long
+
+    @property
+    def visits(self) -> int:
+        """The cell that the robot has to drive over, whatever comes then: that of its stop; OUTSIDE: none."""
+        return OUTSIDE if self.done or self.idle else self.goal

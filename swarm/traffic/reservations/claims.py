@@ -78,7 +78,10 @@ class Claiming:
             mine = cell in progress.reservations.held and not any(
                 cell in record.held for record in situation.fresh.values()
             )
-            if mine and not progress.reservations.claims and step_free:
+            been = (
+                progress.head != situation.visits
+            )  # it leaves its stop by the way it came only once it has been there
+            if mine and not progress.reservations.claims and step_free and been:
                 progress = progress.grown(progress.reservations.keep((*progress.reservations.held, cell)))
                 continue
             if not progress.reservations.claims or progress.reservations.claims[0].cell != cell:

@@ -69,6 +69,11 @@ class RouteProgress(NamedTuple):
         held = self.reservations.held
         return len(held) - 1 - held[::-1].index(body) if body in held else 0
 
+    def until(self, body: int, visits: int) -> int:
+        """Return the index of the body's cell, but none beyond the cell that the robot ``visits`` on its way first."""
+        place, held = self.place(body), self.reservations.held
+        return next((index for index in range(place) if held[index] == visits and self.steps[index] != BESIDE), place)
+
     def onto(self, way: tuple[int, ...]) -> "RouteProgress":
         """Return the progress on the way of a joint plan, which begins at the head."""
         return self._replace(steps=(*self._as_if_alone()[:-1], 0), route=way[1:], following=True, sought=False)
@@ -128,13 +133,16 @@ class RouteProgress(NamedTuple):
             reservations=reservations.keep((claim.cell, *reservations.held)), steps=(BESIDE, *self.steps)
         )
 
-    def released(self, touched: Collection[int], body: int, room: Collection[int] = ()) -> "RouteProgress":
+    def released(
+        self, touched: Collection[int], body: int, room: Collection[int] = (), visits: int = OUTSIDE
+    ) -> "RouteProgress":
         """Release the cells behind the body, once the braking path is clear of them or they are held again further on.
 
-        Cells beside the way stay while they are in ``room``.
+        Cells beside the way stay while they are in ``room``. The cell that the robot still ``visits`` stays, and so do
+        those after it.
         """
         held = self.reservations.held
-        place = self.place(body)
+        place = self.until(body, visits)
         if place == 0:
             return self
         keep = [
