@@ -146,6 +146,22 @@ def test_a_patrol_passes_by_what_it_has_given_up_and_ends_when_one_stop_is_left(
     assert (mission.laps, mission.stage, mission.goal) == (3, Stage.DONE, None)
 
 
+def test_the_stop_after_the_next_is_known() -> None:
+    """Those given up are passed over; after the last one a patrol begins again, and any other mission ends."""
+    a, b, c = STOPS[:3]
+    for patrols in (False, True):
+        mission = Mission((a, b, c), returns=False, patrols=patrols)
+        assert (mission.goal, mission.then) == (None, None)
+        mission.take(Occasion.GO)
+        assert (mission.goal, mission.then) == (a, b)
+        lap(mission, True)
+        assert (mission.goal, mission.then) == (b, c)
+        lap(mission, False)
+        assert (mission.goal, mission.then) == (c, a if patrols else None)
+        lap(mission, True)
+        assert (mission.goal, mission.then) == ((a, c) if patrols else (None, None))
+
+
 @given(st.lists(st.booleans(), max_size=12))
 def test_a_patrol_that_is_taken_up_goes_on_at_the_same_stop_of_the_same_lap(done: list[bool]) -> None:
     mission = Mission(STOPS, returns=False, patrols=True)

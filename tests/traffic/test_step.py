@@ -215,6 +215,38 @@ def test_a_robot_with_another_goal_leaves_the_plan_that_led_to_the_old_one() -> 
     assert told[60] == (floor.at("ab"), ())
 
 
+# fmt: off
+LEADS_ON: dict[str, tuple[str, str, bool]] = {  # the stop told as the next, the one that follows: it stays in the plan
+    "as it told":        ("h", "h", True),
+    "another one":       ("h", "b", False),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("through", [True, False])
+@pytest.mark.parametrize("name", LEADS_ON)
+def test_a_plan_that_leads_on_through_a_target_stays_when_that_was_reached(name: str, through: bool) -> None:
+    next_, follows, stays = LEADS_ON[name]
+    floor = Drawn("abcd", "efgh")
+    ways, epoch = {"r1": floor.at("cb"), "r2": floor.at("aefgh")}, Epoch(50, "r1")
+    plan = JointPlan(epoch=epoch, ways=ways, after={}, through=through)
+    r2 = Traffic("r2", floor.cells, TrafficConstants())
+    (c, e), (x, y) = floor.points("ce"), floor.points("a")[0]
+    told: list[tuple[tuple[int, ...], tuple[str, ...]]] = []
+    for tick in range(70):
+        own = Record(robot="r1", stamp=tick, x=c[0], y=c[1], goal=floor.at("b")[0], held=floor.at("c"))
+        if tick >= 50:
+            own = replace(own, collect=Collect(epoch, ("r1", "r2")), plan=plan if tick >= 55 else None)
+        goal, then = (e, floor.points(next_)[0]) if tick < 60 else (floor.points(follows)[0], None)
+        heard = [TrafficBroadcast(own=own)]
+        out = r2.step(TrafficInputs(tick, Pose(x, y, 0.0), goal, then=then, heard=heard), floor.cells)
+        if out.broadcast is not None and 30 <= tick < 60:
+            assert out.broadcast.own.then == floor.at(next_)[0]
+        told.append((out.way, out.members))
+    assert told[59] == (floor.at("aefgh"), ("r1", "r2"))
+    assert told[60][1] == (("r1", "r2") if stays and through else ())
+
+
 def test_a_robot_kept_from_a_cell_that_it_holds_gives_it_up_and_takes_another_way(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -170,7 +170,8 @@ def _vias(everybody: Mapping[str, Member], blocked: Collection[int], cells: Cell
     found: dict[str, int] = {}
     for robot, member in wanting.items():
         via, then = member.goal, member.then
-        if shared[via] > 1 and 0 <= via < len(cells) and 0 <= then < len(cells) and then != via and cells.stands[then]:
+        both_there = 0 <= via < len(cells) and 0 <= then < len(cells) and cells.stands[then] and via not in blocked
+        if shared[via] > 1 and then != via and both_there:
             steps = cells.distances(via, blocked)
             if steps[member.head] < FAR and steps[then] < FAR:
                 found[robot] = via

@@ -77,7 +77,7 @@ class Driven:
         }  # fmt: skip
         self.traffic.grants = TrafficOutputs(**usual | granted)
         sense = replace(sense_of(body, tick), rays=RAYS, bearings=[None] * 3)
-        return self.pilot.drive(PilotInputs(sense, body.pose, goal, done, anywhere, target, self.navigator, ()))
+        return self.pilot.drive(PilotInputs(sense, body.pose, goal, None, done, anywhere, target, self.navigator, ()))
 
 
 # --- where it stands ---

@@ -111,11 +111,13 @@ def test_a_leader_whose_members_stood_too_late_waits_longer_next_time() -> None:
 # --- the answer ---
 
 
-def searching(answer: Result | None = None, *, exact: bool = True, until: tuple[str, ...] = ()) -> Searching:
+def searching(
+    answer: Result | None = None, *, exact: bool = True, until: tuple[str, ...] = (), vias: tuple[int, ...] = ()
+) -> Searching:
     """Return the search of the first question, in which r3 rests."""
     problem = Problem(
         relaxation=0, members=("r1", "r2"), starts=(A, C), goals=(B, D), blocked=frozenset(), eager=(0, 1), exact=exact,
-        at_rest={"r3": E}, until=until,
+        at_rest={"r3": E}, until=until, vias=vias,
     )  # fmt: skip
     return Searching(COLLECT, problem, None, frozenset({problem.asks}), answer)  # type: ignore[arg-type]
 
@@ -144,6 +146,14 @@ def test_room_is_made_for_those_for_whom_the_plan_is() -> None:
         assert move is not None
         assert move.plan is not None
         assert move.plan.until == until
+
+
+@pytest.mark.parametrize("vias", [(), (B, -1)])
+def test_a_plan_says_if_its_ways_lead_on_through_targets(vias: tuple[int, ...]) -> None:
+    move = leading.found(part(), searching(result(Outcome.SOLVED, (A, B), (C,)), vias=vias), situation())
+    assert move is not None
+    assert move.plan is not None
+    assert move.plan.through is bool(vias)
 
 
 @pytest.mark.parametrize("answer", [None, result(Outcome.NOT_FOUND), result(Outcome.SOLVED, (A,), (C,))])

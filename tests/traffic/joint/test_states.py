@@ -17,8 +17,8 @@ PLAN, NEWER, OLDER = Epoch(990, "r1"), Epoch(991, "r1"), Epoch(989, "r1")
 WAYS = {"r1": (A, B, C), "r2": (D, E, F), "r3": (F, E)}
 
 
-def following(*until: str) -> Following:
-    plan = JointPlan(epoch=PLAN, ways=WAYS, after={}, until=until)
+def following(*until: str, through: bool = False) -> Following:
+    plan = JointPlan(epoch=PLAN, ways=WAYS, after={}, until=until, through=through)
     return Following("r2", plan, ("r1", "r2", "r3"), ADOPTED, 140, {})
 
 
@@ -109,3 +109,11 @@ def test_a_robot_stays_in_its_plan_while_it_or_another_needs_it(name: str) -> No
     held, route, goal, until, fresh, keeps = KEEPS[name]
     progress = RouteProgress(Reservations(held), tuple(range(len(held))), route, following=True)
     assert following(*until).keeps(progress, situation(*fresh, goal=goal)) is keeps
+
+
+@pytest.mark.parametrize("name", KEEPS)
+def test_nobody_waits_at_the_end_of_a_way_that_leads_on_through_a_target(name: str) -> None:
+    held, route, goal, until, fresh, keeps = KEEPS[name]
+    progress = RouteProgress(Reservations(held), tuple(range(len(held))), route, following=True)
+    on_its_way = bool(route) or held[-1] == goal
+    assert following(*until, through=True).keeps(progress, situation(*fresh, goal=goal)) is (keeps and on_its_way)

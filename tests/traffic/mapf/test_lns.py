@@ -61,6 +61,22 @@ def plan_of(cells: CellMap, starts: Configuration, goals: Configuration, seed: i
     return search.steps
 
 
+@given(st.data(), st.integers(0, 99))
+def test_a_changed_plan_still_leads_through_what_robots_visit(data: st.DataObject, seed: int) -> None:
+    cells, starts, goals = crowd(data, 4)
+    visits = data.draw(st.sampled_from(starts + goals))
+    tables, vias = tables_of(cells, goals), [cells.distances(visits)] * len(starts)
+    search = Search(cells.neighbours, tables, starts, goals, ties=Ties.RANDOM, random=Random(seed), vias=vias)
+    while search.advance(1_000) is SearchState.RUNNING:
+        pass
+    assert search.state is SearchState.SOLVED
+    improving = Improving(cells.neighbours, tables, Random(seed), vias)
+    for steps in (search.steps, improving.changed(search.steps)):
+        if steps is not None:
+            assert_plan(cells, steps, (starts, goals))
+            assert all(visits in way for way in zip(*steps, strict=True))
+
+
 def changed(cells: CellMap, steps: Steps, random: Random) -> tuple[Steps | None, int]:
     improving = Improving(cells.neighbours, tables_of(cells, steps[-1]), random)
     return improving.changed(steps), improving.pops

@@ -281,6 +281,44 @@ def test_a_plan_for_all_stays_where_one_after_the_other_takes_as_long(monkeypatc
     assert search(drawn.cells, starts, goals, Budget(60, 20_000, 6_250), eager=(7, 0)).outcome is Outcome.SOLVED
 
 
+@given(st.data())
+def test_a_crowd_visits_one_cell_on_its_way(data: st.DataObject) -> None:
+    """Like robots that share a target: one after the other is there, and goes on to its own goal."""
+    drawn = Drawn("....", "....", "....", "....")
+    count = data.draw(st.integers(2, 6))
+    starts, goals = (tuple(data.draw(st.permutations(range(16)))[:count]) for _ in range(2))
+    visits = data.draw(st.integers(0, 15))
+    tables = [drawn.cells.distances(goal) for goal in goals]
+    vias = [drawn.cells.distances(visits), *data.draw(st.permutations([drawn.cells.distances(visits), None])) * count]
+    searching = JointSearch(
+        drawn.cells.neighbours, tables, starts, goals, budget=Budget(4), random=Random(1), vias=vias[:count]
+    )
+    result = searching.advance(10**6)
+    assert result is not None
+    assert result.outcome is Outcome.SOLVED
+    assert faults(result.steps, starts=starts, goals=goals, joined=joined(drawn.cells)) == []
+    for robot, way in enumerate(zip(*result.steps, strict=True)):
+        assert vias[robot] is None or visits in way
+
+
+def test_a_search_for_ways_through_a_cell_gives_up_early_and_proves_nothing() -> None:
+    """Two swap in a corridor: without a cell to visit, that is proven to be impossible."""
+    drawn = Drawn("a..b")
+    (a, b), tables = drawn.at("ab"), [drawn.cells.distances(cell) for cell in drawn.at("ba")]
+    for vias, outcome in (((), Outcome.UNSOLVABLE), ((tables[0], None), Outcome.NOT_FOUND)):
+        searching = JointSearch(
+            drawn.cells.neighbours, tables, (a, b), (b, a), budget=Budget(), random=Random(1), vias=vias
+        )
+        result = searching.advance(10**6)
+        assert result is not None
+        assert result.outcome is outcome
+
+
+def test_a_detour_to_a_cell_that_is_visited_stays() -> None:
+    assert without_detours([(0, 9), (1, 9), (0, 9)], (1, -1)) == [(0, 9), (1, 9), (0, 9)]
+    assert without_detours([(0, 9), (1, 9), (0, 9)], (2, -1)) == [(0, 9)]
+
+
 def test_a_needless_detour_is_cut() -> None:
     assert without_detours([(0, 9), (1, 9), (0, 9)]) == [(0, 9)]
     passed = [(0, 5), (1, 0), (0, 3)]  # robot 1 is in cell 0 meanwhile

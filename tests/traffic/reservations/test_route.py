@@ -162,6 +162,27 @@ def test_cells_beside_the_way_are_let_go_of_too(name: str) -> None:
     assert progress(held, steps).released(touched, body).reservations.held == still
 
 
+# fmt: off
+VISITS = {  # held, their steps, body: what is still held, which is the first to drive to, if it has to visit 4
+    "it has not been there":               ((3, 4, 5),    (1, 2, 3),        5, (4, 5),    0),
+    "it is there":                         ((3, 4, 5),    (1, 2, 3),        4, (4, 5),    0),
+    "it comes to it":                      ((2, 3, 4),    (1, 2, 3),        3, (3, 4),    0),
+    "its body only touched it":            ((4, 2, 3),    (BESIDE, 1, 2),   3, (3,),      0),
+    "in and out by the same cell":         ((3, 4, 3),    (1, 2, 3),        3, (4, 3),    0),
+    "it has to visit none of them":        ((2, 3, 5),    (1, 2, 3),        5, (5,),      0),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", VISITS)
+def test_the_cell_to_visit_stays_until_it_was_visited(name: str) -> None:
+    held, steps, body, still, first = VISITS[name]
+    after = progress(held, steps, 8, following=True).released({body}, body, visits=4)
+    assert after.reservations.held == still
+    assert after.until(body, 4) == first
+    assert progress(held, steps).released({body}, body).reservations.held == held[after.place(body) - len(still) :]
+
+
 def test_who_wakes_keeps_what_it_is_in_and_has_to_ask_again_for_the_rest() -> None:
     awake = PLAN.awoken({1, 2})
     assert (awake.reservations, awake.steps) == (Reservations((1, 2), (), 5), (4, 5))
