@@ -27,6 +27,7 @@ class Wish(NamedTuple):
     goal: Point | None  # m; None: it stays, but makes room for others
     path: Sequence[Point]  # m, to the goal; (): any shortest way
     done: bool  # no stop is left: the goal is only a place to stand
+    then: Point | None = None  # m, where it wants to be after that; None: nowhere else
 
 
 class Goal:
@@ -61,6 +62,10 @@ class Goal:
                 self.cell, self.since, changed = cell, body.tick, True
         self.wish = wish
         return changed
+
+    def visits(self, wish: Wish) -> int:
+        """Return the cell of the stop that the robot has not reached yet; OUTSIDE if it has, or has none."""
+        return self.cell if wish.goal is not None and wish.goal == self.wish and not wish.done else OUTSIDE
 
     def choose_again(self) -> None:
         """Choose the cell again with the next wish, because the floor has changed."""

@@ -170,10 +170,7 @@ class Traffic:
         on_way = self._presence.keep_on_way(needed, body, cells, threatened=bool(heard.threats))
         asks = not free_drive and joint.frozen is None and not heard.listens
         room = room_beside(on_way, inputs.pose, inputs.sweeps, heard.fresh, heard.threats, cells) if asks else ()
-        visits = (
-            self._goal.cell if wish.goal is not None and wish.goal == self._goal.wish and not wish.done else OUTSIDE
-        )
-        released = on_way.released(body.touched, body.cell, room, visits)
+        released = on_way.released(body.touched, body.cell, room, self._goal.visits(wish))
         moved = tick if released.on_way < on_way.on_way else heard.moved
         other_goal = self._goal.set(wish.goal, released, body, cells, settings.radius)
         beyond = tuple([cell for cell in released.reservations.held if cell not in body.touched])
@@ -183,10 +180,11 @@ class Traffic:
         halted = self._halt(yielded, inputs, body, cells, listens=heard.listens)
 
         # layer 2: which way
-        if (other_goal and not self._leads_on(halted.progress)) or not halted.progress.following:
+        told = self._before.then if self._before is not None else OUTSIDE
+        leads_on = joint.following is not None and joint.following.leads_on(halted.progress, self._goal.cell, told)
+        if (other_goal and not leads_on) or not halted.progress.following:
             joint.take(Drops())
-        then = cells.cell_of(*inputs.then) if inputs.then is not None and not wish.done else OUTSIDE
-        situation = self._situation(tick, wish, then, halted.progress, moved, heard.fresh, cells)
+        situation = self._situation(tick, wish, halted.progress, moved, heard.fresh, cells)
         decision = joint.take(Leaves() if inputs.stands else situation)
         routed = (
             brought_to_rest(halted.progress, body, cells)
@@ -217,12 +215,6 @@ class Traffic:
             (*heard.events, *halted.events, *decision.events, *complaints),
         )  # fmt: skip
 
-    def _leads_on(self, progress: RouteProgress) -> bool:
-        """Return True if the joint plan leads on to the new goal: it is the one that the robot told as the next."""
-        plan, before = self._joint.following, self._before
-        told = before is not None and before.then == self._goal.cell
-        return plan is not None and plan.plan.through and told and bool(progress.route)
-
     def _wish(self, inputs: TrafficInputs, head: int, cells: CellMap) -> Wish:
         """Return where the robot wants to be: for a while aside, if it has long stood beside a mute robot."""
         if self._peers.mutes:
@@ -232,7 +224,7 @@ class Traffic:
             )
             if aside is not None:
                 return Wish(aside, (), done=False)
-        return Wish(inputs.goal, inputs.path, inputs.done)
+        return Wish(inputs.goal, inputs.path, inputs.done, inputs.then)
 
     def _free_drive_cells(self, inputs: TrafficInputs, heard: Heard, cells: CellMap) -> tuple[int, ...]:
         """List the free-drive cells; there are none for a robot that comes to rest in held cells."""
@@ -266,14 +258,7 @@ class Traffic:
         return Halted(kept, halt, (TrafficNote("halted", (self.me,), text),))
 
     def _situation(
-        self,
-        tick: int,
-        wish: Wish,
-        then: int,
-        progress: RouteProgress,
-        moved: int,
-        fresh: Mapping[str, Record],
-        cells: CellMap,
+        self, tick: int, wish: Wish, progress: RouteProgress, moved: int, fresh: Mapping[str, Record], cells: CellMap
     ) -> Situation:
         others = self._peers.others
         # a way leads round robots that were told to stop, as round an obstacle: no plan moves them
@@ -289,7 +274,7 @@ class Traffic:
             cleared=self._sightings.clear(others, self._peers.heard_lately(tick)),
             others=others,
             fresh=fresh,
-            then=then,
+            then=cells.cell_of(*wish.then) if wish.then is not None else OUTSIDE,
             done=wish.done,
             wants=self._goal.since,
             bodies=partial(self._inspector.remembered, self._peers.fallen_silent(tick), cells),

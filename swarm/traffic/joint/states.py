@@ -89,6 +89,10 @@ class Following(NamedTuple):
         # it was sent aside: it makes no room if it turns back before it has left its cells
         return self.is_waited_for(progress.reservations.held[:-1], situation)
 
+    def leads_on(self, progress: RouteProgress, goal: int, told: int) -> bool:
+        """Return True if the plan leads on when its robot gets the cell ``goal``, which it has ``told`` as the next."""
+        return self.plan.through and bool(progress.route) and goal == told
+
     def waits_for(self, step: int, situation: Situation) -> str | None:
         """Return the robot that must leave the ``step``-th cell of the way before this one enters it, else None."""
         entry = self.entries.get(step)
