@@ -315,6 +315,8 @@ class Brain:
         if self.route or self.held[-1] == self.goal:
             return True
         fresh, plan = self.fresh(), self.plan
+        if plan.get("through"):
+            return False
         for name, way in plan["ways"].items():
             record = fresh.get(name)
             if name == self.me or record is None:

@@ -166,6 +166,8 @@ def plan(foreign: ModuleType, vector: Json) -> Json:
         robot = following(end["me"], end["tick"], end["records"], -1)
         robot.goal = end["goal"]
         end["stays"] = robot.stays_in_plan()
+        robot.plan = made | {"through": True}
+        end["stays_if_through"] = robot.stays_in_plan()
     return again
 
 
@@ -235,6 +237,7 @@ FAULTS: Final[tuple[tuple[str, tuple[str | int, ...], Json], ...]] = (  # where 
     ("records",          ("cases", 3, "state", "claims", 0, 2),     992),
     ("plan",             ("moments", 0, "waits_for", "r1", "2"),    None),
     ("plan",             ("ends", 0, "stays"),                      False),
+    ("plan",             ("ends", 0, "stays_if_through"),           True),
     ("calls",            ("stories", 0, "events", 1, "answer", "frozen"), None),
 )
 # fmt: on

@@ -81,9 +81,10 @@ ENDS: Final[dict[str, tuple[str, int, int, list[Record]]]] = {  # who, its goal,
 # fmt: on
 
 
-def following(me: str) -> Following:
+def following(me: str, *, through: bool = False) -> Following:
     """Return a robot's part in the plan, adopted at tick 1000."""
-    return Following(me, PLAN, MEMBERS, NOW, SETTINGS.absent, {entry.step: entry for entry in PLAN.after[me]})
+    plan = replace(PLAN, through=through)
+    return Following(me, plan, MEMBERS, NOW, SETTINGS.absent, {entry.step: entry for entry in PLAN.after[me]})
 
 
 def plain(one: Record) -> Json:
@@ -97,12 +98,12 @@ def waits(me: str, tick: int, records: Sequence[Record]) -> Json:
     return {str(step): following(me).waits_for(step, known) for step in range(1, len(PLAN.ways[me]))}
 
 
-def stays(me: str, goal: int, tick: int, records: Sequence[Record]) -> bool:
+def stays(me: str, goal: int, tick: int, records: Sequence[Record], *, through: bool = False) -> bool:
     """Return True if a robot at the end of its way stays in the plan."""
     end = PLAN.ways[me][-1]
     progress = RouteProgress(Reservations((end,)), (len(PLAN.ways[me]) - 1,), following=True)
     known = situation(tick, end, {one.robot: one for one in records}, goal=goal)
-    return following(me).keeps(progress, known)
+    return following(me, through=through).keeps(progress, known)
 
 
 def plan() -> Json:
@@ -124,6 +125,7 @@ def plan() -> Json:
             "tick": tick,
             "records": [plain(one) for one in records],
             "stays": stays(me, goal, tick, records),
+            "stays_if_through": stays(me, goal, tick, records, through=True),
         }
         for about, (me, goal, tick, records) in ENDS.items()
     ]
@@ -135,7 +137,7 @@ def plan() -> Json:
         "way, by index, the robot that must leave its cell first, with `records` as the newest ones; null: none.",
         "moments": moments,
         "ends_description": "`me` is in the last cell of its way, holds nothing else, and its goal is `goal`. `stays`: "
-        "it stays in the plan.",
+        "it stays in the plan; `stays_if_through`: it would if the plan said `through`.",
         "ends": ends,
     }
 
