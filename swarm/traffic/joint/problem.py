@@ -39,7 +39,7 @@ class Relaxation(NamedTuple):
     round: Round
     everybody: bool  # robots at their goals move too, if they are in the way
     aside: Displaced
-    through: bool = False  # robots that share a target go on from there to their next ones
+    through: bool = False  # if robots share a target, all go on from their targets to their next ones
 
 
 RELAXATIONS: Final = (
@@ -164,14 +164,16 @@ def problem_of(
 
 
 def _vias(everybody: Mapping[str, Member], blocked: Collection[int], cells: CellMap) -> dict[str, int]:
-    """Return the target of each robot that shares it with another one and can go on from there to the next."""
+    """Return the targets of the robots that can go on from there to their next ones, if any two share a target."""
     wanting = {robot: member for robot, member in everybody.items() if not (member.idle or member.done)}
     shared = Counter(member.goal for member in wanting.values())
+    if max(shared.values(), default=0) < 2:
+        return {}
     found: dict[str, int] = {}
     for robot, member in wanting.items():
         via, then = member.goal, member.then
         both_there = 0 <= via < len(cells) and 0 <= then < len(cells) and cells.stands[then] and via not in blocked
-        if shared[via] > 1 and then != via and both_there:
+        if then != via and both_there:
             steps = cells.distances(via, blocked)
             if steps[member.head] < FAR and steps[then] < FAR:
                 found[robot] = via

@@ -169,6 +169,9 @@ VIAS: dict[str, tuple[dict[str, Member], tuple[int, ...], tuple[int, ...]]] = { 
     "one of them stays there":          ({"r1": member(A, E, then=F), "r2": member(C, E)},         (F, E), (E, OUTSIDE)),
     "each has its own":                 ({"r1": member(A, E, then=F), "r2": member(C, D, then=G)}, (E, D), ()),
     "the other only stands there":      ({"r1": member(A, E, then=F), "r2": member(E, E, done=True)}, (E, M), ()),
+    "and with them those that do not": (
+        {"r1": member(A, E, then=F), "r2": member(C, E, then=G), "r3": member(B, D, then=H)}, (F, G, H), (E, E, D),
+    ),
     "it comes back to the same place":  ({"r1": member(A, E, then=E), "r2": member(C, E, then=G)}, (E, G), (OUTSIDE, E)),
 }
 # fmt: on
