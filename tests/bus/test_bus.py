@@ -389,18 +389,12 @@ def test_presence_comes_goes_is_told_to_latecomers_and_tells_twins_apart(make_bu
 # --- strangers ---
 
 # fmt: off
-BAD = {
+BAD = {  # tests/bus/test_opening.py has more of them, without a wire
     "noise":              ("robot/r1/plan", b"\xff\x00"),
     "nothing":            ("robot/r1/plan", b""),
     "oversized":          ("robot/r1/plan", bytes(PLAN.limit + 1)),
     "another's message":  ("robot/r2/plan", encode(plan("r1"))),
-    "an odd id":          ("robot/r 1/plan", encode(plan("r1"))),
-    "an id too long":     (f"robot/{'r' * 65}/plan", encode(plan("r1"))),
-    "another type":       ("robot/r1/plan", encode(clock(1))),
     "every key":          ("**", encode(plan("r1"))),
-    "all of a robot":     ("robot/r1/**", encode(plan("r1"))),
-    "any robot":          ("robot/*/plan", encode(plan("r1"))),
-    "any first part":     ("*/r1/plan", encode(plan("r1"))),
 }
 # fmt: on
 

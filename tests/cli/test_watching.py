@@ -258,28 +258,3 @@ def test_no_router_is_told_without_a_path_of_the_library(capsys: Capture) -> Non
     line = refused(capsys, "ls", "--connect", str(free))
     assert f"endpoint {free}: expected a running router, got" in line
     assert ".rs" not in line
-
-
-WRONG = {
-    "no such command": (["frob"], "swarm: expected a command, got 'frob'; did you mean 'robot'?"),
-    "no key": (["echo"], "swarm: echo: the following arguments are required: KEY"),
-    "a wrong time": (["topics", "--seconds", "0"], "swarm: --seconds: expected 0.1 to 1e6 s, got '0'"),
-    "no scenario": (["run", "nosuch.yaml"], "swarm: nosuch.yaml: expected a scenario file, found none; check the path"),
-    "no plan": (["plan", "paper"], "swarm: plan: expected --from X,Y and --to X,Y"),
-}
-
-
-@pytest.mark.parametrize("name", WRONG)
-def test_an_error_says_the_program_once(
-    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
-) -> None:
-    (tmp_path / "compose.yaml").write_text("services: {}\n")
-    monkeypatch.chdir(tmp_path)
-    arguments, sentence = WRONG[name]
-    assert refused(capsys, *arguments).startswith(sentence)
-
-
-def test_the_version_is_printed(capsys: Capture) -> None:
-    with pytest.raises(SystemExit, match="0"):
-        main(["--version"])
-    assert re.match(r"zenoh-swarm \d+\.\d+\.\d+ \(", capsys.readouterr().out)

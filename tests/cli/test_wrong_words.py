@@ -10,6 +10,7 @@ from typing import Final
 import pytest
 
 from swarm.cli import main
+from swarm.messages import DRAWING_LIMIT
 
 # fmt: off
 SAID: Final = {  # command: the sentence, without "swarm: "
@@ -35,13 +36,20 @@ SAID: Final = {  # command: the sentence, without "swarm: "
     "setup --speed 2":                    "setup: speed: expected float <= 1.0, got 2.0; correct it",
     "setup --cell 20":                    "setup: cell: expected float <= 10.0, got 20.0; correct it",
     "setup --map no.txt":                 "no.txt: expected a file, found none; check the path",
+    "setup --map large.txt":              f"large.txt: expected at most {DRAWING_LIMIT} bytes, got more; is this the right file?",
+    "setup --secure keys":                "setup: expected a fleet without keys, got --secure: with keys a launcher may not answer, and there is no set-up; stop the fleet and start another one with `swarm run SCENARIO --secure DIR`",
+    "echo":                               "echo: the following arguments are required: KEY; see swarm echo --help",
     "hz robot/r1/sense --seconds x":      "--seconds: expected 0.1 to 1e6 s, got 'x'",
     "run papr":                           "papr: expected a scenario file, found none; did you mean 'paper'?",
-    "run paper --robots 0":               "--robots: expected 1 to 1000, got 0",
+    "run paper --robots-per-process 0":   "--robots-per-process: expected at least 1 robot, got 0",
+    "robot --count -1":                   "--count: expected at least 1 robot, got -1",
+    "robot --id r1 --count 2":            "--id: expected no name with --count 2, got 'r1'; leave one of them out",
     "run paper --pace fast":              "--pace: expected realtime, max or a factor from 0.001 to 1000, got 'fast'",
     "schema Sens":                        "schema: expected the name of a message, got 'Sens'; did you mean 'Sense'?",
     "storm --profile calmm":              "--profile: expected the name of a profile, got 'calmm'; did you mean 'calm'?",
     "drill --row robot-kiled":            "--row: expected a row of the drill, got 'robot-kiled'; did you mean 'robot-killed'?",
+    "drill --repeat 0":                   "--repeat: expected 1 to 1000, got 0",
+    "drill --keep /dev/null":             "--keep: expected a folder that can be made, got /dev/null: File exists",
     "completion tcsh":                    "completion: argument shell: invalid choice: 'tcsh' (choose from 'bash', 'zsh', 'fish'); see swarm completion --help",
     "status":                             "expected a fleet running on this machine, found none; start one, or give --connect and --fleet",
     "go --fleet mine":                    "--fleet: expected a running fleet, got 'mine'; none runs on this machine; start one with `swarm run`",
@@ -54,6 +62,7 @@ def test_what_is_typed_wrongly_is_one_sentence(
     command: str, tmp_runtime: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_runtime)
+    Path("large.txt").write_text("." * (DRAWING_LIMIT + 1))
     assert main(shlex.split(command)) == 2
     said = capsys.readouterr()
     expected = SAID[command].replace("'", "")  # Python 3.12 writes the choices without quotes

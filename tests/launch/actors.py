@@ -12,7 +12,6 @@ from queue import Empty, Queue
 from threading import Event as Flag
 from threading import Thread
 from time import monotonic
-from types import TracebackType
 from typing import Any, Final, Self, TypeVar
 
 import psutil
@@ -194,11 +193,9 @@ class Command:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, fault: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *fault: object) -> None:
         """End what a failed test left over, after it has shown where each process stood."""
-        if fault is not None:
+        if fault[0] is not None:
             self.show()
         if self.process.poll() is None:
             family = psutil.Process(self.process.pid).children(recursive=True)

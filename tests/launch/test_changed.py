@@ -10,7 +10,6 @@ import msgspec
 import pytest
 
 from swarm.bus.codec import decode, encode
-from swarm.cli import main
 from swarm.errors import ConfigError
 from swarm.launch.options import Options, ready
 from swarm.launch.setup import answered, as_set, changed
@@ -164,26 +163,3 @@ def test_the_phase_is_asked_for_after_everything_else_is_checked(small_fleet: Op
 
     assert answered(asked, small_fleet, never) is None
     assert "start.poses: expected at least 9 poses" in asked.answer
-
-
-@pytest.mark.parametrize(
-    ("arguments", "sentence"),
-    [
-        (["setup", "--secure", "keys"], "setup: expected a fleet without keys, got --secure"),
-        (["setup", "--map", "large.txt"], f"large.txt: expected at most {DRAWING_LIMIT} bytes, got more"),
-        (["setup", "--speed", "2"], "setup: speed: expected float <= 1.0, got 2.0; correct it"),
-        (["add-robots", "1", "--at", "nan,1"], "expected a point X,Y, each within 1e6 m, got 'nan,1'"),
-        (["add-robots", "-1"], "add-robots: expected 1 robot or more, and one for each --at, got -1"),
-    ],
-)
-def test_a_wrong_command_is_refused_before_a_fleet_is_looked_for(
-    arguments: list[str],
-    sentence: str,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    Path("large.txt").write_text("." * (DRAWING_LIMIT + 1))
-    assert main(arguments) == 2
-    assert sentence in capsys.readouterr().err

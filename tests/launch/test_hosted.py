@@ -98,18 +98,3 @@ def test_one_command_joins_with_several_robots_leaves_with_all_and_finds_the_nex
             await_presence(bus, "r3", alive=False)
             assert robots.end() == 0
             assert "Traceback" not in robots.text
-
-
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        (["run", "paper", "--robots-per-process", "0"], "--robots-per-process: expected at least 1 robot, got 0"),
-        (["robot", "--count", "-1"], "--count: expected at least 1 robot, got -1"),
-        (["robot", "--id", "r1", "--count", "2"], "--id: expected no name with --count 2, got 'r1'; leave one of them"),
-    ],
-)
-def test_a_number_that_makes_no_process_is_a_sentence(
-    arguments: list[str], said: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main(arguments) == 2
-    assert said in capsys.readouterr().err

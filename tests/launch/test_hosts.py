@@ -3,24 +3,16 @@
 import json
 import signal
 import socket
-import threading
 from collections.abc import Iterator
 from pathlib import Path
-from time import monotonic
 
-import msgpack
 import pytest
-import zenoh
 
 from swarm.bus import Endpoint
-from swarm.bus.codec import encode
-from swarm.bus.settings import client
 from swarm.cli import main
-from swarm.messages import CLOCK, Broadcast, Phase
-from swarm.scenario.load import load
+from swarm.messages import Phase
 from tests.conftest import MakeBus
-from tests.launch.actors import Command, Fleet, await_clock, await_phase, await_presence
-from world.simulate import Simulation
+from tests.launch.actors import Command, await_clock, await_phase, await_presence
 
 pytestmark = pytest.mark.processes
 
@@ -86,19 +78,6 @@ def test_who_is_told_to_stop_leaves_no_token(
     assert "Traceback" not in world.text
 
 
-@pytest.mark.long("two worlds, each process started by hand")
-def test_a_robot_waits_for_its_world_and_finds_the_next_one(
-    small: Path, make_bus: MakeBus, endpoint: Endpoint, tmp_runtime: Path
-) -> None:
-    wire = ("--connect", str(endpoint), "--fleet", "again")
-    bus = make_bus(fleet="again")
-    bus.watch_presence()
-    with Command("robot", *wire, runtime=tmp_runtime):
-        for _ in range(2):
-            with Command("world", str(small), "--robots", "1", "--pace", "max", *wire, runtime=tmp_runtime) as world:
-                assert world.end() == 0, world.text
-
-
 def test_status_of_no_fleet_is_a_sentence(
     make_bus: MakeBus, endpoint: Endpoint, tmp_runtime: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -126,97 +105,3 @@ def test_a_port_in_use_is_a_sentence(
     said = capsys.readouterr().err
     assert f"swarm: port {port} on 127.0.0.1: expected a free port, got" in said
     assert len(said.splitlines()) == 1
-
-
-# --- strangers ---
-
-# fmt: off
-VALID_ELSEWHERE = encode(Broadcast(
-    robot="stranger", run=0, tick=1, x=2.5, y=2.0, yaw=0.0, activity="drive", target=0, distance=0.0,  # type: ignore[arg-type]
-    reached=[False],
-))
-RUBBISH = {
-    "noise":             b"\xff\x00\xc1rubbish",
-    "nothing":           b"",
-    "not a map":         msgpack.packb([1, 2, 3]),
-    "another version":   msgpack.packb({"v": 2, "run": 0, "tick": 1}),
-    "not a number":      msgpack.packb({
-        "v": 1, "run": 0, "tick": 10**6, "left": float("nan"), "right": 0.0, "heading": 0.0,
-        "activity": "drive", "reached": [], "unreachable": [], "sent": False, "replans": 0}),
-    "missing fields":    msgpack.packb({"v": 1}),
-    "deep":              b"\x91" * 2000 + b"\x90",
-    "oversized":         bytes(1_000_000),
-    "another's word":    VALID_ELSEWHERE,
-}
-KEYS = (
-    "robot/r1/sense", "robot/r1/cmd", "robot/r1/state", "robot/r1/plan", "robot/r7/cmd", "robot/r2/cmd",
-    "radio/0/0/r1", "radio/0/0/stranger", "radio/-1/0/r2", "world/clock", "world/event", "world/action", "world/join",
-    "alive/robot/r1/odd", "alive/robot/r1",
-)
-# fmt: on
-
-
-def test_rubbish_on_every_key_changes_nothing_of_a_lockstep_run(small: Path, tmp_runtime: Path) -> None:
-    expected = Simulation.of(load(small), 2, 1).run()
-    over = threading.Event()
-    sent = 0
-    with Fleet(small, "--pace", "max", "--wait", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
-        fleet.await_all(bus)
-        with zenoh.open(client(fleet.endpoint)) as session:
-            token = session.liveliness().declare_token(f"swarm/v1/{fleet.name}/alive/robot/r1")
-
-            def flood() -> None:
-                nonlocal sent
-                while not over.is_set():
-                    for key in KEYS:
-                        for payload in RUBBISH.values():
-                            session.put(f"swarm/v1/{fleet.name}/{key}", payload)
-                            sent += 1
-                    over.wait(0.05)
-
-            for key in ("world/action", "world/join"):
-                for reply in session.get(f"swarm/v1/{fleet.name}/{key}", payload=b"\xff", timeout=5.0):
-                    assert reply.ok is None, "rubbish is answered with a refusal"
-            thread = threading.Thread(target=flood)
-            thread.start()
-            try:
-                assert main(["go"]) == 0
-                assert fleet.end() == 0, fleet.text
-            finally:
-                over.set()
-                thread.join()
-            token.undeclare()  # type: ignore[no-untyped-call]
-    assert sent >= len(KEYS) * len(RUBBISH)
-    report = fleet.report()
-    assert report["complete"]
-    assert report["digest"] == expected["digest"]
-
-
-@pytest.mark.long("seconds of rubbish")
-def test_rubbish_is_logged_once_a_second_at_the_most(small: Path, tmp_runtime: Path, endpoint: Endpoint) -> None:
-    with Command(
-        "world", str(small), "--robots", "1", "--connect", str(endpoint), "--fleet", "loud", "--wait",
-        runtime=tmp_runtime,
-    ) as world, zenoh.open(client(endpoint)) as session:  # fmt: skip
-        _await_world(endpoint)
-        began = monotonic()
-        for _ in range(2000):
-            session.put("swarm/v1/loud/robot/r1/cmd", b"\xff")
-        told = [world.await_line("bad message")]
-        assert told[0].startswith("dropped 1 bad message; the last one: command: expected a MessagePack map")
-        while sum(int(line.split()[1]) for line in told) < 2000:
-            world.lines.clear()
-            told.append(world.await_line("bad message"))
-        assert sum(int(line.split()[1]) for line in told) == 2000
-        assert len(told) <= monotonic() - began + 2, "the first at once, the others a second apart"
-        world.process.send_signal(signal.SIGTERM)
-        assert world.end() == 1
-
-
-def _await_world(endpoint: Endpoint) -> None:
-    from swarm.bus import Bus
-
-    with Bus(endpoint, "loud", lambda line: None) as bus:
-        bus.watch_presence("world")
-        await_presence(bus, "world", alive=True)
-        assert bus.fetch(CLOCK)

@@ -1,11 +1,9 @@
 """`swarm run` with real processes: from the command to the report, complete and ended early."""
 
-import signal
 from pathlib import Path
 
 import pytest
 
-from swarm.bus import Arrival
 from swarm.cli import main
 from swarm.launch.running import named
 from swarm.messages import EVENT, Phase
@@ -19,11 +17,9 @@ from tests.launch.actors import (
     await_phase,
     in_process,
 )
-from tests.shared import PAPER, mostly_long
+from tests.shared import PAPER
 
 pytestmark = pytest.mark.processes
-
-SIGNALS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
 
 
 def test_processes_over_the_wire_drive_the_very_run_that_objects_in_one_process_drive(
@@ -157,119 +153,6 @@ def test_a_pause_changes_nothing_of_a_lockstep_run(tmp_runtime: Path) -> None:
     assert_the_same_run(fleet.report(), in_process(load(path), 2, 1))
 
 
-@pytest.mark.long("a whole mission; the killed robot of a fleet is in make test")
-def test_a_robot_alone_that_is_killed_in_lockstep_comes_back_and_finishes(tmp_runtime: Path) -> None:
-    with Fleet(PAPER, "--pace", "max", robots=1, runtime=tmp_runtime) as fleet, fleet.bus() as bus:
-        bus.listen(EVENT)
-        fleet.await_all(bus)
-        victim = fleet.member("r1")
-        await_event(bus, lambda event: event.kind == "reached")
-        victim.kill()
-        await_event(bus, lambda event: event.kind == "gone")
-        assert fleet.end() == 0, fleet.text
-        assert fleet.report()["complete"]
-        fleet.assert_nobody_is_left()
-
-
-@pytest.mark.long("a whole mission; the killed robot of a fleet is in make test")
-def test_a_robot_that_comes_back_in_mid_tick_is_asked_at_once(tmp_runtime: Path) -> None:
-    """Lockstep does not wait for a robot that was never sent this tick's sense."""
-    with Fleet(PAPER, "--pace", "max", robots=3, runtime=tmp_runtime) as fleet, fleet.bus() as bus:
-        bus.listen(EVENT)
-        fleet.await_all(bus)
-        victims = {robot: fleet.member(robot) for robot in ("r1", "r2")}
-        await_event(bus, lambda event: event.kind == "reached")
-        for robot, victim in victims.items():
-            victim.kill()
-            await_event(bus, lambda event, robot=robot: event.kind == "gone" and event.robot == robot)  # type: ignore[misc]
-        assert fleet.end() == 0, fleet.text
-        kinds = []
-        while (arrived := bus.receive(0.0)) is not None:
-            kinds += [arrived.message.kind] if isinstance(arrived, Arrival) else []
-    assert "reached" in kinds
-    assert "silent" not in kinds
-
-
-@pytest.mark.parametrize("number", mostly_long("a fleet of its own", SIGNALS, signal.SIGTERM))
-def test_a_signal_ends_everything_and_the_report_says_interrupted(
-    small: Path, tmp_runtime: Path, number: signal.Signals
-) -> None:
-    with Fleet(small, "--pace", "2", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
-        fleet.await_all(bus)
-        await_clock(bus, lambda clock: clock.tick > 0)
-        fleet.process.send_signal(number)
-        assert fleet.end() == 1, fleet.text
-        report = fleet.report()
-        assert report["reason"] == "interrupted"
-        assert report["complete"] is False
-        assert report["ticks"] > 0
-        assert "Traceback" not in fleet.text
-        fleet.assert_nobody_is_left()
-    assert not list(tmp_runtime.glob("zenoh-swarm-*/*/"))
-
-
-def test_a_signal_before_anybody_is_there_ends_everything_too(small: Path, tmp_runtime: Path) -> None:
-    with Fleet(small, "--pace", "2", runtime=tmp_runtime) as fleet:
-        fleet.process.send_signal(signal.SIGTERM)
-        assert fleet.end() == 1, fleet.text
-        assert fleet.report()["reason"] == "interrupted"
-        assert "Traceback" not in fleet.text
-        assert not list(tmp_runtime.glob("zenoh-swarm-*/*/"))
-
-
-def test_ctrl_c_in_a_terminal_reaches_the_whole_group_and_still_ends_in_order(small: Path, tmp_runtime: Path) -> None:
-    import os
-
-    with Fleet(small, "--pace", "2", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
-        fleet.await_all(bus)
-        await_clock(bus, lambda clock: clock.tick > 0)
-        os.killpg(fleet.process.pid, signal.SIGINT)  # the group that this test made, with start_new_session
-        assert fleet.end() == 1, fleet.text
-        assert fleet.report()["reason"] == "interrupted"
-        assert "Traceback" not in fleet.text
-        fleet.assert_nobody_is_left()
-
-
-def test_a_killed_robot_is_named_and_started_again_and_the_mission_completes(small: Path, tmp_runtime: Path) -> None:
-    with Fleet(small, "--pace", "10", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
-        bus.listen(EVENT)
-        fleet.await_all(bus)
-        victim = fleet.member("r1")
-        await_event(bus, lambda event: event.kind == "reached")
-        victim.kill()
-        assert await_event(bus, lambda event: event.kind == "gone").robot == "r1"
-        assert fleet.end() == 0, fleet.text
-        assert "r1 was ended by signal 9; started again" in fleet.text
-        report = fleet.report()
-        assert report["complete"]
-        assert report["contacts"] == {"robot": 0, "wall": 0, "obstacle": 0}
-        fleet.assert_nobody_is_left()
-
-
-@pytest.mark.long("waits until a robot counts as lost")
-def test_a_robot_that_is_killed_again_and_again_is_lost_and_the_others_finish(small: Path, tmp_runtime: Path) -> None:
-    with Fleet(small, "--pace", "4", "--limit", "90", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
-        fleet.await_all(bus)
-        for kill in range(4):
-            fleet.member("r2").kill()
-            if kill < 3:
-                fleet.await_line("r2 was ended by signal 9; started again")
-                fleet.lines.clear()
-                while True:
-                    arrived = bus.receive(60.0)
-                    assert arrived is not None
-                    if getattr(arrived, "id", "") == "r2" and getattr(arrived, "alive", False):
-                        break
-        assert fleet.end() == 1, fleet.text
-        assert "r2 was ended by signal 9; it is lost, after 3 restarts within 60 s; the run goes on" in fleet.text
-        assert "lost: r2" in fleet.text
-        report = fleet.report()
-        assert report["lost"] == ["r2"]
-        assert None not in report["per_robot"]["r1"]["reached"]
-        assert "r2" in report["reason"]
-        fleet.assert_nobody_is_left()
-
-
 @pytest.mark.long("waits for three starts of a router")
 def test_a_router_that_is_killed_again_and_again_ends_the_run_with_a_sentence(small: Path, tmp_runtime: Path) -> None:
     with Fleet(small, "--pace", "1", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
@@ -303,20 +186,6 @@ def test_a_killed_fork_server_is_no_end_of_anybody(small: Path, tmp_runtime: Pat
         assert fleet.report()["complete"]
         fleet.assert_nobody_is_left()
     assert not list(tmp_runtime.glob("zenoh-swarm-*/*/"))
-
-
-def test_a_killed_router_is_started_again_and_the_mission_completes(small: Path, tmp_runtime: Path) -> None:
-    with Fleet(small, "--pace", "5", runtime=tmp_runtime) as fleet:
-        with fleet.bus() as bus:
-            bus.listen(EVENT)
-            fleet.await_all(bus)
-            router = fleet.member("router")
-            await_event(bus, lambda event: event.kind == "reached")
-            router.kill()
-        assert fleet.end() == 0, fleet.text
-        assert "router was ended by signal 9; started again" in fleet.text
-        assert fleet.report()["complete"]
-        fleet.assert_nobody_is_left()
 
 
 def test_nobody_outlives_a_killed_launcher(small: Path, tmp_runtime: Path) -> None:

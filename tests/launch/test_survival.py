@@ -1,23 +1,17 @@
 """Processes that are killed: the run goes on with nothing lost, in lockstep bit for bit; strangers change nothing."""
 
 import json
-import threading
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-import zenoh
 
 from swarm.bus import Arrival, Bus, Endpoint
-from swarm.bus.codec import encode
-from swarm.bus.settings import client
 from swarm.cli import main
-from swarm.errors import SwarmError
 from swarm.launch.supervise.fleet import Ended
 from swarm.launch.supervise.fleet import Fleet as Launched
 from swarm.launch.supervise.table import CRASHED, WORLD, EarlyEnd
-from swarm.messages import EDIT, EVENT, SENSE, Edit, Kind, Phase, Sense
+from swarm.messages import EDIT, EVENT, Edit, Kind, Phase
 from swarm.scenario.load import load
 from tests.conftest import MakeBus
 from tests.launch.actors import (
@@ -73,23 +67,6 @@ def test_in_lockstep_a_run_is_the_undisturbed_one_whenever_the_world_or_the_rout
         assert fleet.end() == 0, fleet.text
         assert_the_same_run(fleet.report(), expected)
         fleet.assert_nobody_is_left()
-
-
-def test_in_real_time_a_killed_world_goes_on_and_nothing_is_reached_twice(noisy: Path, tmp_runtime: Path) -> None:
-    with Fleet(noisy, "--pace", "10", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
-        bus.listen(EVENT)
-        fleet.await_all(bus)
-        world = fleet.member("world")
-        before = await_event(bus, lambda event: event.kind == "reached")
-        world.kill()
-        fleet.await_line("world was ended by signal 9; started again")
-        assert fleet.end() == 0, fleet.text
-        report = fleet.report()
-    assert report["complete"]
-    assert before.robot is not None
-    assert before.time in report["per_robot"][before.robot]["reached"], "it was reached then, and stays so"
-    assert report["lost"] == []
-    assert not report["reproducible"]
 
 
 @pytest.mark.long("a whole mission; other kills of a world are in make test")
@@ -202,92 +179,3 @@ def test_a_second_world_is_refused_and_the_first_one_goes_on(noisy: Path, tmp_ru
         assert main(["go"]) == 0
         assert fleet.end() == 0, fleet.text
         assert_the_same_run(fleet.report(), in_process(load(noisy), ROBOTS, 1))
-
-
-@contextmanager
-def stranger(fleet: Fleet, prefix: str) -> Iterator[zenoh.Session]:
-    """Answer joins, with rubbish and refusals, beside the world; announce robots and worlds that are not there."""
-    with zenoh.open(client(fleet.endpoint)) as session:
-
-        def on_query(query: zenoh.Query) -> None:
-            query.reply(f"{prefix}/world/join", b"\xff")
-            query.reply_err(b"there is no place for you")
-
-        held = [session.declare_queryable(f"{prefix}/world/join", on_query)]
-        tokens = [
-            session.liveliness().declare_token(f"{prefix}/alive/{who}")
-            for who in ("robot/r1/forged", "robot/r2/forged", "world/world/forged")
-        ]
-        yield session
-        del held, tokens
-
-
-@pytest.mark.long("a whole mission")
-def test_forged_tokens_senses_and_answers_neither_end_nor_change_a_run(noisy: Path, tmp_runtime: Path) -> None:
-    expected = in_process(load(noisy), ROBOTS, 1)
-    over = threading.Event()
-    with Fleet(noisy, "--pace", "max", "--wait", robots=ROBOTS, runtime=tmp_runtime) as fleet, fleet.bus() as bus:
-        prefix = f"swarm/v1/{fleet.name}"
-        with stranger(fleet, prefix) as session:
-            fleet.await_all(bus)
-            bus.listen(SENSE, robot="r1")
-            assert main(["go"]) == 0
-            while not isinstance(arrived := bus.receive(40.0), Arrival):
-                assert arrived is not None
-            sense = arrived.message
-            assert isinstance(sense, Sense)
-            forged = [
-                encode(Sense(**{name: getattr(sense, name) for name in sense.__struct_fields__} | changes))
-                for changes in ({"world": "forged", "run": 9}, {"world": "forged", "tick": sense.tick + 50})
-            ]
-
-            def flood() -> None:
-                while not over.is_set():
-                    for payload in forged:
-                        session.put(f"{prefix}/robot/r1/sense", payload)
-                    over.wait(0.05)
-
-            thread = threading.Thread(target=flood)
-            thread.start()
-            try:
-                await_tick(bus, 100)
-                fleet.member("world").kill()  # robots have to find it again among the answers
-                fleet.await_line("world was ended by signal 9; started again")
-                assert fleet.end() == 0, fleet.text
-            finally:
-                over.set()
-                thread.join()
-    assert_the_same_run(fleet.report(), expected)
-
-
-@pytest.mark.long("a flood for seconds")
-def test_a_flood_of_edits_neither_stops_the_clock_nor_fills_memory(noisy: Path, tmp_runtime: Path) -> None:
-    cells = [((x + 0.2, y + 0.2), (x + 0.8, y + 0.8)) for x in (5, 6) for y in (1, 6)]
-    refusals: list[str] = []
-    over = threading.Event()
-    with Fleet(noisy, "--pace", "1", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
-        fleet.await_all(bus)
-        began = await_tick(bus, 1)
-
-        def flood(number: int) -> None:
-            with fleet.bus() as own:
-                while not over.is_set():
-                    for kind in (Kind.WALL, Kind.FREE):
-                        low, high = cells[number % len(cells)]
-                        try:
-                            own.ask(EDIT, Edit(kind=kind, low=low, high=high))
-                        except SwarmError as fault:
-                            refusals.append(str(fault))
-
-        threads = [threading.Thread(target=flood, args=(number,)) for number in range(32)]
-        for thread in threads:
-            thread.start()
-        try:
-            await_tick(bus, began + 60)
-        finally:
-            over.set()
-            for thread in threads:
-                thread.join()
-        assert main(["stop"]) == 0
-        assert fleet.end() == 1, fleet.text
-    assert any("16 requests are waiting already; ask again later" in line for line in refusals)
