@@ -6,7 +6,6 @@ from itertools import product
 from operator import itemgetter
 from textwrap import TextWrapper
 from time import monotonic
-from types import TracebackType
 from typing import Any, Final, Self
 
 from rich.box import SIMPLE_HEAD
@@ -65,9 +64,7 @@ class Terminal:
             self._live.start()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, fault: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *fault: object) -> None:
         self.refresh(final=True)
         if self._live is not None:
             self._live.stop()

@@ -11,7 +11,6 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from hmac import compare_digest
 from importlib.resources import files
 from threading import Thread
-from types import TracebackType
 from typing import Final
 
 from aiohttp import WSCloseCode, WSMsgType, web
@@ -91,9 +90,7 @@ class Server:
         self._listens.result()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, fault: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *fault: object) -> None:
         if self._over is not None:
             self._loop.call_soon_threadsafe(self._over.set)
         self._thread.join()

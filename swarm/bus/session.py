@@ -10,7 +10,6 @@ from collections.abc import Callable
 from contextlib import suppress
 from threading import Thread
 from time import monotonic, sleep
-from types import TracebackType
 from typing import Any, Final, TypeVar
 
 import zenoh
@@ -63,16 +62,14 @@ class Bus:
         )
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, fault: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *fault: object) -> None:
         self._ledger.flush()
         self._inbox.close()
         for declared, reader in self._readers:
             with suppress(zenoh.ZError):
                 declared.undeclare()  # it closes the channel, and so ends the thread
             reader.join()  # a thread that is still in Zenoh when the process ends would abort it
-        self._session.__exit__(kind, fault, trace)  # type: ignore[no-untyped-call]
+        self._session.__exit__(*fault)  # type: ignore[no-untyped-call]
 
     @property
     def id(self) -> str:

@@ -1,7 +1,6 @@
 """A stranger on a fleet's router: it sends any bytes on any key and answers for others, as only drills do."""
 
 from collections.abc import Callable
-from types import TracebackType
 from typing import Any
 
 import zenoh
@@ -21,9 +20,7 @@ class Stranger:
         self._session = zenoh.open(settings.client(self._endpoint))
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, fault: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *fault: object) -> None:
         self._session.close()  # type: ignore[no-untyped-call]
 
     def put(self, key: str, payload: bytes) -> None:

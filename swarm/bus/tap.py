@@ -7,7 +7,6 @@ from contextlib import suppress
 from dataclasses import dataclass
 from threading import Thread
 from time import monotonic
-from types import TracebackType
 from typing import Any, Final
 
 import zenoh
@@ -58,9 +57,7 @@ class Tap:
         self._reader.start()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, fault: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *fault: object) -> None:
         self._samples.close()
         with suppress(zenoh.ZError):
             self._subscriber.undeclare()  # type: ignore[no-untyped-call]

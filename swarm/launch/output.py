@@ -1,7 +1,7 @@
 """The standard output of a launcher."""
 
 from threading import Event as Flag
-from typing import TextIO
+from typing import Any, TextIO
 
 
 class Output:
@@ -10,18 +10,8 @@ class Output:
     def __init__(self, inner: TextIO, stop: Flag) -> None:
         self._inner, self._stop = inner, stop
 
-    @property
-    def encoding(self) -> str:
-        """That of the standard output."""
-        return self._inner.encoding
-
-    def isatty(self) -> bool:
-        """Return True if people read it on a terminal."""
-        return self._inner.isatty()
-
-    def fileno(self) -> int:
-        """Return the descriptor of the standard output."""
-        return self._inner.fileno()
+    def __getattr__(self, name: str) -> Any:  # noqa: ANN401, all else is that of the standard output
+        return getattr(self._inner, name)
 
     def write(self, text: str) -> int:
         """Write a text if that is still possible."""

@@ -1,6 +1,7 @@
-"""The processes of one launcher's fleet: start them, and start them again with another set-up."""
+"""The processes of one launcher's fleet: start them, more of them for robots that come later, and all of them again."""
 
-from collections.abc import Callable, Iterable
+import re
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from threading import Event as Flag
@@ -8,13 +9,14 @@ from typing import Any, Final
 
 from swarm.bus import Endpoint
 from swarm.errors import ConfigError
-from swarm.launch.newcomers import Newcomers
 from swarm.launch.options import Options
 from swarm.launch.supervise.fleet import Fleet, check_open_files
 from swarm.launch.supervise.table import BOX, DASHBOARD, PROXY, ROBOT, ROUTER, WORLD
 from swarm.scenario.starts import names
 from swarm.secure import names as members
+from swarm.settings import MOST_ROBOTS
 
+NAME: Final = re.compile(r"r\d{1,6}\Z")  # the name of a robot becomes that of its log file
 FAREWELL: Final = 15.0  # s for the dashboard to write its file after the run is over
 
 
@@ -37,13 +39,8 @@ class Processes:
         self._fleet, self._shown, self._box = fleet, shown, box
         self._sessions = options.sessions
         self._proxy = None if options.delay is None else replace(endpoint, port=0).claim()  # where the robots connect
-        self._robots = Newcomers(fleet, options.robots_per_process, self._common_of_robots)
-
-    def _common_of_robots(self, member: str) -> dict[str, Any]:
-        common = self._common(member)
-        if self._proxy is not None:
-            common["endpoint"] = replace(common["endpoint"], port=self._proxy.port)
-        return common
+        self._known: set[str] = set()  # robots that have a process, or will have none
+        self.added = 0  # robots that came later; another set-up is without them
 
     def _common(self, member: str) -> dict[str, Any]:
         return {"endpoint": self.endpoint.seen_by(member), "fleet": self.name}
@@ -65,24 +62,56 @@ class Processes:
 
     def lacks(self, robots: Iterable[str]) -> bool:
         """Return True if robots are new and may come: the fleet stays, and has room for them."""
-        return self.options.scenario.settings.serve and bool(self._robots.fresh(robots))
+        return self.options.scenario.settings.serve and bool(self._fresh(robots))
 
     def add(self, robots: Iterable[str], say: Callable[[str], None]) -> None:
         """Start processes for those robots that are new; say which could not be started."""
-        fresh = self._robots.fresh(robots)
-        sessions = self._sessions + self._robots.processes(len(fresh))
+        fresh = self._fresh(robots)
+        groups = self._in_processes(fresh)
+        sessions = self._sessions + len(groups)
         try:
             check_open_files(sessions)
         except ConfigError as fault:
-            self._robots.give_up(fresh, fault, say)
+            self._give_up(fresh, fault, say)
             return
         self._share(sessions)
-        self._robots.add(fresh, say)
+        self.added += len(fresh)
+        for some in groups:
+            try:
+                identity = self.endpoint.seen_by(some[0]).identity
+                if identity is not None:
+                    identity.check()
+                self._start_robots(some)
+            except ConfigError as fault:
+                self._give_up(some, fault, say)
 
-    @property
-    def added(self) -> int:
-        """How many robots came later; another set-up is without them."""
-        return self._robots.added
+    def _fresh(self, robots: Iterable[str]) -> list[str]:
+        """Return those robots that are new, as many as the fleet may still get."""
+        new = [name for name in dict.fromkeys(robots) if name not in self._known and NAME.match(name)]
+        return new[: MOST_ROBOTS - len(self._known)]
+
+    def _give_up(self, robots: Sequence[str], fault: ConfigError, say: Callable[[str], None]) -> None:
+        """Say why robots get no process, and try no more."""
+        self._known.update(robots)
+        say(f"{', '.join(robots)}: not started, the place waits for another process: {fault}")
+
+    def _in_processes(self, robots: Sequence[str]) -> list[Sequence[str]]:
+        """Return the robots of each process."""
+        size = self.options.robots_per_process
+        return [robots[first : first + size] for first in range(0, len(robots), size)]
+
+    def _start_robots(self, robots: Sequence[str]) -> None:
+        """Start the process of some robots.
+
+        Raises:
+            ConfigError: this machine has no room for it.
+        """
+        self._known.update(robots)
+        name = robots[0] if len(robots) == 1 else f"{robots[0]}-{robots[-1]}"
+        common = self._common(robots[0])
+        if self._proxy is not None:
+            common["endpoint"] = replace(common["endpoint"], port=self._proxy.port)
+        self._fleet.start(ROBOT, name, common | {"robots": robots})
 
     def start_again(self, options: Options, first_run: int, stop: Flag) -> None:
         """End the world, the robots and the dashboard, and start them with other options, unless told to ``stop``.
@@ -106,7 +135,7 @@ class Processes:
         if self.endpoint.lease > lease:
             self._fleet.stop((ROUTER,))
             self._fleet.start(ROUTER, "router", {"endpoint": self.endpoint})
-        self._robots = Newcomers(self._fleet, options.robots_per_process, self._common_of_robots)
+        self._known, self.added = set(), 0
         self._begin()
 
     def let_finish(self, stop: Flag) -> None:
@@ -150,4 +179,5 @@ class Processes:
         )
         if shown is not None:
             self._fleet.start(DASHBOARD, "dashboard", self._common(members.WATCHER) | shown)
-        self._robots.start(names(options.robots))
+        for robots in self._in_processes(names(options.robots)):
+            self._start_robots(robots)

@@ -1,4 +1,4 @@
-"""Commands to one robot of a running fleet: orders, stop, go on, home and cancel."""
+"""Commands to the robots of a running fleet: orders and the pool of targets, stop, go on, home and cancel."""
 
 import argparse
 from uuid import uuid4
@@ -31,6 +31,16 @@ def order(options: argparse.Namespace) -> int:
         return waiting.follow(bus, waiting.Wait(options.robot, request, reply.number, run), options.robot)
 
 
+def pool(options: argparse.Namespace) -> int:
+    """Put targets into the pool: any robot that is free visits them."""
+    from swarm.messages import POOL, PoolTargets
+
+    request = PoolTargets(id=options.id or uuid4().hex, targets=options.targets)
+    with fleet_bus(options, OPERATOR) as bus:
+        print(bus.ask(POOL, request).text)
+    return 0
+
+
 def act(options: argparse.Namespace) -> int:
     """Carry out an action for one robot."""
     from swarm.messages import ROBOT_ACTION, RobotAction, RobotDo
@@ -59,6 +69,12 @@ def add(commands: "Commands[Parser]") -> None:
     one.add_argument("--wait", action="store_true", help=text)
     of_a_client(one)
     one.set_defaults(command=order)
+    one = commands.add_parser("pool", help="give a running fleet targets that any free robot visits")
+    one.add_argument("targets", type=point, nargs="+", metavar="X,Y", help="m; each is visited once, in any order")
+    text = "name of the request, a new one by default; the same request given again changes nothing"
+    one.add_argument("--id", metavar="NAME", help=text)
+    of_a_client(one)
+    one.set_defaults(command=pool)
     for name, text in ACTIONS.items():
         one = commands.add_parser(name, help=text)
         one.add_argument("robot", metavar="ROBOT")

@@ -11,7 +11,6 @@ from pathlib import Path
 from threading import Event as Flag
 from threading import Thread, current_thread, main_thread
 from time import monotonic
-from types import TracebackType
 from typing import Any, Final
 from uuid import uuid4
 
@@ -67,9 +66,7 @@ class LiveFleet:
             raise
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, fault: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *fault: object) -> None:
         self._end()
 
     def command(self, *arguments: str) -> subprocess.Popen[bytes]:

@@ -14,7 +14,6 @@ from multiprocessing.process import BaseProcess
 from pathlib import Path
 from threading import Event as Flag
 from time import monotonic
-from types import TracebackType
 from typing import Any, Final
 
 from swarm.errors import ConfigError
@@ -148,9 +147,7 @@ class Fleet:
     def __enter__(self) -> "Fleet":
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, fault: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *fault: object) -> None:
         self.stop()
 
     def start(self, role: Role, name: str, arguments: Mapping[str, Any]) -> None:
