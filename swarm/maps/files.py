@@ -1,9 +1,16 @@
-"""Reads a map file; each way in which that can fail is a ``ConfigError`` of one sentence."""
+"""Reads files of maps and scenarios; each way in which that can fail is a ``ConfigError`` of one sentence."""
 
+from collections.abc import Hashable
 from pathlib import Path
+from typing import Any, Final
+
+import yaml
 
 from swarm.errors import ConfigError
 from swarm.maps.limits import FILE_MAX
+
+EVENTS_LIMIT: Final = 60_000  # values, lists and ends of lists in YAML; a target is four; read in about a second
+DEPTH_LIMIT: Final = 50  # lists in lists
 
 
 def read_file(path: Path, largest: int = FILE_MAX) -> bytes:
@@ -72,3 +79,41 @@ def within(base: Path, name: str, where: str) -> Path:
             f"{where}: expected the name of a file in the folder {base} or below it, got {shown(name)}; put it there"
         )
     return path
+
+
+class Loader(yaml.CSafeLoader):
+    """A YAML loader that refuses a key given twice; the plain loader silently keeps the last."""
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Hashable, Any]:
+        """Return the values of a mapping."""
+        seen = set()
+        for key, _ in node.value if isinstance(node, yaml.MappingNode) else ():
+            if not isinstance(key, yaml.ScalarNode):
+                raise yaml.constructor.ConstructorError(None, None, "a key that is not a text", key.start_mark)
+            if key.value in seen:
+                raise yaml.constructor.ConstructorError(None, None, f"key {key.value!r} is given twice", key.start_mark)
+            seen.add(key.value)
+        return super().construct_mapping(node, deep)
+
+
+def yaml_values(text: str, where: str) -> Any:  # noqa: ANN401, whatever the text says
+    """Return the values in a YAML text.
+
+    Raises:
+        ConfigError: it is not YAML, gives a key twice, or has too many values.
+    """
+    try:
+        depth = 0
+        for number, event in enumerate(yaml.parse(text, Loader=Loader)):
+            depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
+            if number > EVENTS_LIMIT or depth > DEPTH_LIMIT:
+                raise ConfigError(
+                    f"{where}: expected at most {EVENTS_LIMIT} values, {DEPTH_LIMIT} deep, got more; put a large map "
+                    "into a file of its own, list fewer targets"
+                )
+        return yaml.load(text, Loader=Loader)
+    except (yaml.YAMLError, RecursionError, ValueError) as fault:
+        mark = getattr(fault, "problem_mark", None)
+        at = f"line {mark.line + 1}, column {mark.column + 1}: " if mark else ""
+        said = getattr(fault, "problem", None) or str(fault).split("\n")[0]
+        raise ConfigError(f"{where}: {at}expected YAML, got {said}; correct that line") from None

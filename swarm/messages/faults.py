@@ -4,6 +4,9 @@ import re
 import reprlib
 from typing import Any, Final, NamedTuple
 
+import msgspec
+
+from swarm.errors import nearest
 from swarm.messages.fields import ID_PATTERN
 
 ID_IN_WORDS: Final = "1 to 64 letters, digits or _ . : -"
@@ -49,3 +52,34 @@ def shown(value: object) -> str:
     """Return a value as text, cut to 60 characters."""
     text = SHORT.repr(value[:60] if isinstance(value, bytes) else value)
     return text if len(text) <= 60 else text[:57] + "..."
+
+
+def in_words(fault: str, raw: object, kind: type[msgspec.Struct]) -> str:
+    """Return the fault that msgspec finds in a file's values, which should be those of a type, and what to do."""
+    where, names, said, value = wrong = explained(fault, raw)
+    section, unit = _described(names, kind)
+    if match := re.match(r"Object contains unknown field `(.*)`", said):
+        prefix = f"{where}: " if where else ""
+        return f"{prefix}unknown field {match[1]!r}; {nearest(match[1], section.__struct_fields__)}"
+    if match := re.match(r"Object missing required field `(.*)`", said):
+        return f"{where + ': ' if where else ''}field {match[1]!r} is missing; add it"
+    hint = f" ({unit})" if unit else ""
+    if isinstance(value, str) and ("float" in said or "int" in said):
+        hint += "; write the bare number, without a unit"
+    return f"{wrong}{hint}"
+
+
+def _described(names: list[str], section: type[msgspec.Struct]) -> tuple[type[msgspec.Struct], str]:
+    """Return the section that a path of names leads to from another one, and the last field's description."""
+    text = ""
+    for name in names:
+        info = {f.name: f.type for f in msgspec.inspect.type_info(section).fields}.get(name)  # type: ignore[attr-defined]
+        while info is not None and not isinstance(info, msgspec.inspect.StructType):
+            if isinstance(info, msgspec.inspect.Metadata):
+                text = (info.extra_json_schema or {}).get("description", text)
+                info = info.type
+            else:
+                break
+        if isinstance(info, msgspec.inspect.StructType):
+            section = info.cls
+    return section, text

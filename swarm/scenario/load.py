@@ -1,7 +1,5 @@
 """The loader of scenario files: it returns checked values, and says in one sentence what is wrong with a file."""
 
-import re
-from collections.abc import Hashable
 from contextlib import suppress
 from dataclasses import dataclass
 from difflib import get_close_matches
@@ -11,24 +9,21 @@ from pathlib import Path
 from typing import Any, Final
 
 import msgspec
-import yaml
 
-from swarm.errors import ConfigError, nearest
+from swarm.errors import ConfigError
 from swarm.fuzzy import Profile, load_profile
 from swarm.geometry import distance
-from swarm.maps.files import read_text, within
+from swarm.maps.files import read_text, within, yaml_values
 from swarm.maps.load import load_map
 from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.maps.text import from_text
 from swarm.maps.wire import pack, unpack
 from swarm.messages import PackedMap, ProfileOnWire, ScenarioOnWire
-from swarm.messages.faults import explained, shown
+from swarm.messages.faults import in_words, shown
 from swarm.scenario.shipped import shipped
-from swarm.settings import Section, Settings
+from swarm.settings import Settings
 
 SIZE_LIMIT: Final = 4_000_000  # bytes
-EVENTS_LIMIT: Final = 60_000  # values, lists and ends of lists in YAML; a target is four; read in about a second
-DEPTH_LIMIT: Final = 50  # lists in lists
 LISTED_LIMIT: Final = 5000  # own targets of all robots
 
 
@@ -103,7 +98,7 @@ def checked(raw: object, where: str) -> Settings:
     try:
         settings = msgspec.convert(raw, Settings)
     except msgspec.ValidationError as fault:
-        raise ConfigError(f"{where}: {_explain(str(fault), raw)}") from None
+        raise ConfigError(f"{where}: {in_words(str(fault), raw, Settings)}") from None
     start = settings.start
     may_lack = settings.serve or start.circle is not None  # who serves waits for orders from the start
     if start.circle is not None and (settings.targets or settings.own_targets):
@@ -152,20 +147,6 @@ def _check_patrol(settings: Settings, where: str) -> None:
             )
 
 
-class _Loader(yaml.CSafeLoader):
-    """A YAML loader that refuses a key given twice; the plain loader silently keeps the last."""
-
-    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Hashable, Any]:
-        seen = set()
-        for key, _ in node.value if isinstance(node, yaml.MappingNode) else ():
-            if not isinstance(key, yaml.ScalarNode):
-                raise yaml.constructor.ConstructorError(None, None, "a key that is not a text", key.start_mark)
-            if key.value in seen:
-                raise yaml.constructor.ConstructorError(None, None, f"key {key.value!r} is given twice", key.start_mark)
-            seen.add(key.value)
-        return super().construct_mapping(node, deep)
-
-
 def _meant(path: Path) -> str:
     """Return the scenario that was perhaps meant: one that is shipped, or a file beside ``path`` with a ``map``."""
     known = {name: name for name in shipped()}
@@ -180,56 +161,9 @@ def _meant(path: Path) -> str:
 def _read(path: Path) -> dict[str, Any]:
     if not path.exists():
         raise ConfigError(f"{path}: expected a scenario file, found none; {_meant(path)}")
-    text = read_text(path, SIZE_LIMIT)
-    try:
-        depth = 0
-        for number, event in enumerate(yaml.parse(text, Loader=_Loader)):
-            depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
-            if number > EVENTS_LIMIT or depth > DEPTH_LIMIT:
-                raise ConfigError(
-                    f"{path}: expected at most {EVENTS_LIMIT} values, {DEPTH_LIMIT} deep, got more; put a large map "
-                    "into a file of its own, list fewer targets"
-                )
-        raw = yaml.load(text, Loader=_Loader)
-    except (yaml.YAMLError, RecursionError, ValueError) as fault:
-        mark = getattr(fault, "problem_mark", None)
-        at = f"line {mark.line + 1}, column {mark.column + 1}: " if mark else ""
-        said = getattr(fault, "problem", None) or str(fault).split("\n")[0]
-        raise ConfigError(f"{path}: {at}expected YAML, got {said}; correct that line") from None
+    raw = yaml_values(read_text(path, SIZE_LIMIT), str(path))
     if not isinstance(raw, dict):
         raise ConfigError(f"{path}: expected `name:`, `map:`, `start:`, `targets:`, got {shown(raw)}")
     if odd := [key for key in raw if not isinstance(key, str)]:
         raise ConfigError(f"{path}: expected names of fields, got {shown(odd[0])}; see scenarios/paper.yaml")
     return raw
-
-
-def _explain(fault: str, raw: object) -> str:
-    """Return msgspec's error in this project's form: where, what was expected, what came, what to do."""
-    where, names, said, value = wrong = explained(fault, raw)
-    section, unit = _described(names)
-    if match := re.match(r"Object contains unknown field `(.*)`", said):
-        prefix = f"{where}: " if where else ""
-        return f"{prefix}unknown field {match[1]!r}; {nearest(match[1], section.__struct_fields__)}"
-    if match := re.match(r"Object missing required field `(.*)`", said):
-        return f"{where + ': ' if where else ''}field {match[1]!r} is missing; add it"
-    hint = f" ({unit})" if unit else ""
-    if isinstance(value, str) and ("float" in said or "int" in said):
-        hint += "; write the bare number, without a unit"
-    return f"{wrong}{hint}"
-
-
-def _described(names: list[str]) -> tuple[type[Section], str]:
-    """Return the section that a path of names leads to, and the last field's description."""
-    section: type[Section] = Settings
-    text = ""
-    for name in names:
-        info = {f.name: f.type for f in msgspec.inspect.type_info(section).fields}.get(name)  # type: ignore[attr-defined]
-        while info is not None and not isinstance(info, msgspec.inspect.StructType):
-            if isinstance(info, msgspec.inspect.Metadata):
-                text = (info.extra_json_schema or {}).get("description", text)
-                info = info.type
-            else:
-                break
-        if isinstance(info, msgspec.inspect.StructType):
-            section = info.cls  # type: ignore[assignment]
-    return section, text
