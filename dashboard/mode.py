@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from importlib.util import find_spec
 from pathlib import Path
-from socket import gethostname
+from socket import create_connection, gethostname
 from typing import Final, Literal, cast
 
 from swarm.errors import ConfigError
@@ -13,6 +13,7 @@ ASKED: Final = ("auto", "viewer", "web", "box", "off")
 BOX: Final = "box"  # the page of dashboard/box, which needs no Rerun
 LOOPBACK: Final = "127.0.0.1"
 ANY: Final = "0.0.0.0"  # all addresses of this machine
+ANSWERS: Final = 2.0  # s in which a port of this machine answers
 SCREENS: Final = ("DISPLAY", "WAYLAND_DISPLAY")
 
 
@@ -44,6 +45,15 @@ def choose(asked: str, environ: Mapping[str, str], *, record: bool = False) -> M
 def has_screen(environ: Mapping[str, str]) -> bool:
     """Return True if there is a display on which a window can be opened."""
     return any(environ.get(name) for name in SCREENS)
+
+
+def answers(port: int) -> bool:
+    """Return True if somebody listens on a port of this machine."""
+    try:
+        create_connection((LOOPBACK, port), ANSWERS).close()
+    except OSError:
+        return False
+    return True
 
 
 def page_address(web_port: int, grpc_port: int, bind: str = LOOPBACK) -> str:

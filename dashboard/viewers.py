@@ -20,7 +20,7 @@ from threading import Thread
 from time import monotonic
 from typing import Final
 
-from dashboard.mode import LOOPBACK, page_address, viewer_program
+from dashboard.mode import LOOPBACK, answers, page_address, viewer_program
 from swarm.bus import Endpoint
 from swarm.errors import ConfigError
 
@@ -84,7 +84,7 @@ def served_page(url: str, program: Path, bind: str, port: int, data: int) -> Ite
     process = _started(program, url, *page, ends_with_us=True)
     try:
         deadline = monotonic() + STARTED
-        while not _answers(behind):
+        while not answers(behind):
             with suppress(subprocess.TimeoutExpired):
                 process.wait(0.05)
             if process.returncode is not None or monotonic() > deadline:
@@ -117,14 +117,6 @@ def _started(program: Path, *arguments: str, ends_with_us: bool) -> "subprocess.
         start_new_session=not ends_with_us,
         preexec_fn=ending,
     )
-
-
-def _answers(port: int) -> bool:
-    try:
-        socket.create_connection((LOOPBACK, port), 1.0).close()
-    except OSError:
-        return False
-    return True
 
 
 def _server(bind: str, port: int, behind: int, data: int) -> ThreadingHTTPServer:

@@ -13,6 +13,7 @@ from swarm.bus.router import run as route
 from swarm.planning.grid import Grid
 from swarm.scenario.load import Scenario, load
 from swarm.scenario.prepare import planning_grid, settled
+from tests.launch.actors import SMALL
 from tests.shared import PAPER
 
 # Cases that take long are no fault on a loaded machine; a failure prints how to replay it.
@@ -68,3 +69,11 @@ def tmp_runtime(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Return fleets a folder of their own for their cards, so that nobody else's fleet is found."""
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
     return tmp_path
+
+
+@pytest.fixture
+def small(tmp_runtime: Path) -> Path:
+    """Return the file of a small scenario."""
+    path = tmp_runtime / "small.yaml"
+    path.write_text(SMALL)
+    return path

@@ -2,7 +2,6 @@
 
 import re
 from collections import Counter
-from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from threading import Thread
@@ -37,7 +36,7 @@ class Sample:
 class Tap:
     """A session that hears every message on a key of a fleet, wildcards included. Use it in a ``with``."""
 
-    def __init__(self, endpoint: Endpoint, fleet: str, key: str, clock: Callable[[], float] = monotonic) -> None:
+    def __init__(self, endpoint: Endpoint, fleet: str, key: str) -> None:
         try:
             self._key = zenoh.KeyExpr.autocanonize(below(fleet) + key)
         except zenoh.ZError as fault:
@@ -45,7 +44,7 @@ class Tap:
                 f"expected a key such as robot/r1/state or robot/*/state, got {key!r}: {plain(str(fault))}; "
                 "`swarm topics` lists the keys in use"
             ) from None
-        self._endpoint, self._prefix, self._clock = endpoint, below(fleet), clock
+        self._endpoint, self._prefix = endpoint, below(fleet)
         self._samples: Mailbox[Sample] = Mailbox()
         self.dropped = 0  # samples that came faster than they were taken
 
@@ -83,7 +82,7 @@ class Tap:
             for reply in self._session.get(wanted if every.includes(wanted) else every, timeout=timeout):
                 if reply.ok is not None and wanted.intersects(reply.ok.key_expr):
                     below_fleet = str(reply.ok.key_expr).removeprefix(self._prefix)
-                    found.append(Sample(below_fleet, reply.ok.payload.to_bytes(), self._clock()))
+                    found.append(Sample(below_fleet, reply.ok.payload.to_bytes(), monotonic()))
         return found
 
     def _read(self) -> None:
@@ -98,7 +97,7 @@ class Tap:
                 if self._samples.size() >= WAITING:
                     self.dropped += 1
                     continue
-                self._samples.put(Sample(key, sample.payload.to_bytes(), self._clock(), lost.pop(key, 0)))
+                self._samples.put(Sample(key, sample.payload.to_bytes(), monotonic(), lost.pop(key, 0)))
 
 
 def fleets(endpoint: Endpoint) -> list[str]:

@@ -19,17 +19,17 @@ class Options:
 
     scenario: Scenario
     robots: int
-    robots_per_process: int
-    asked_seed: int | None  # None: the scenario's
+    robots_per_process: int = 1
+    asked_seed: int | None = None  # None: the scenario's
     pace: Pace
-    asked_limit: float | None  # s, simulated; None: the scenario's
-    wait: bool
-    dashboard: str  # auto, viewer, web, box, off
-    rules: str | None  # the robot whose fired rules the dashboard shows
-    record: Path | None
-    report: Path | None
-    port: int
-    fleet: str | None
+    asked_limit: float | None = None  # s, simulated; None: the scenario's
+    wait: bool = False
+    dashboard: str = "off"  # auto, viewer, web, box, off
+    rules: str | None = None  # the robot whose fired rules the dashboard shows
+    record: Path | None = None
+    report: Path | None = None
+    port: int = 0  # 0: a free one
+    fleet: str | None = None
     secure: Path | None = None  # the folder with the keys; None: the fleet is open to all on this machine
     outside: Sequence[str] = ()  # robots whose body reports from outside the world
     quiet: bool = False  # only trouble and the summary

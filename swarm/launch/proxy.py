@@ -49,14 +49,14 @@ class Delay(NamedTuple):
         return cls(read.delay / 1000.0, read.jitter / 1000.0)
 
 
-def serve(endpoint: Endpoint, router: Endpoint, delay: Delay, seed: int = 1) -> int:
+def serve(endpoint: Endpoint, router: Endpoint, delay: Delay) -> int:
     """Hand on between ``endpoint`` and ``router`` until this process is told to stop.
 
     Raises:
         ConfigError: it cannot listen on the endpoint.
     """
     with told_to_stop() as stop:
-        asyncio.run(hand_on(stop.is_set, endpoint, router, delay, Random(f"delay {seed}")))
+        asyncio.run(hand_on(stop.is_set, endpoint, router, delay, Random("delay 1")))
     return 0
 
 

@@ -7,13 +7,12 @@ from contextlib import ExitStack
 from dataclasses import replace
 from functools import partial
 from secrets import token_urlsafe
-from socket import create_connection
 from threading import Event as Flag
 from typing import IO, Any, Final, cast
 
 from rich.console import Console
 
-from dashboard.mode import BOX, LOOPBACK, box_address, choose, has_screen, page_address, resolved
+from dashboard.mode import BOX, answers, box_address, choose, has_screen, page_address, resolved
 from dashboard.terminal import FOLLOWED, Terminal, tell
 from swarm.bus import Bus, Endpoint, Request
 from swarm.errors import ConfigError, SwarmError
@@ -144,7 +143,7 @@ def _watch(
             if bus is None and _listens(endpoint):  # until then nobody would watch the processes
                 bus = opened.enter_context(Bus(endpoint.seen_by(members.WATCHER), processes.name))
                 _follow(bus, processes)
-            if box is not None and _answers(box["port"]):
+            if box is not None and answers(box["port"]):
                 page, box = box_address(box["port"], box["token"]), None
                 entry.tell_box(page)
                 say(f"box: {page}")
@@ -209,15 +208,6 @@ def _listens(endpoint: Endpoint) -> bool:
     except ConfigError:
         return True
     return False
-
-
-def _answers(port: int) -> bool:
-    """Return True if somebody listens on a port of this machine."""
-    try:
-        with create_connection((LOOPBACK, port), ANSWERS):
-            return True
-    except OSError:
-        return False
 
 
 def _show(bus: Bus | None, terminal: Terminal) -> list[Request]:

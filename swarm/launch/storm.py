@@ -34,10 +34,7 @@ def perform_both(job: Job, stop: Callable[[], bool]) -> RunResult:
 def over_processes(plan: StormPlan, limit: float, stop: Callable[[], bool]) -> dict[str, Any]:
     """Run a plan with a process for each robot, for ``limit`` [simulated s] at most, and return the world's report."""
     scenario = plan.to_scenario()
-    options = Options(
-        scenario=scenario, robots=plan.robots, robots_per_process=1, asked_seed=None, pace="max",
-        asked_limit=limit, wait=False, dashboard="off", rules=None, record=None, report=None, port=0, fleet=None,
-    )  # fmt: skip
+    options = Options(scenario=scenario, robots=plan.robots, pace="max", asked_limit=limit)
     endpoint = Endpoint("127.0.0.1", 0).claim()
     said: list[str] = []
     with registered("storm", endpoint) as entry:

@@ -57,9 +57,9 @@ class Authority:
         """Issue a certificate with which a process connects; it cannot be a router's."""
         return self._issue(name, ExtendedKeyUsageOID.CLIENT_AUTH, (), span)
 
-    def router(self, name: str, hosts: Sequence[str], span: tuple[datetime, datetime] | None = None) -> Files:
+    def router(self, name: str, hosts: Sequence[str]) -> Files:
         """Issue a certificate for a router that is reached by these names and addresses."""
-        return self._issue(name, ExtendedKeyUsageOID.SERVER_AUTH, hosts, span)
+        return self._issue(name, ExtendedKeyUsageOID.SERVER_AUTH, hosts, None)
 
     def _issue(
         self, name: str, use: x509.ObjectIdentifier, hosts: Sequence[str], span: tuple[datetime, datetime] | None

@@ -27,18 +27,14 @@ from swarm.messages import (
     STATE,
     Accepted,
     Action,
-    Activity,
-    Broadcast,
-    Clock,
     Do,
     Event,
     Join,
     Message,
-    Phase,
     Plan,
-    State,
 )  # fmt: skip
 from tests.conftest import MakeBus
+from tests.messages.made import broadcast, clock, state
 
 pytestmark = pytest.mark.processes
 PATIENCE = 20.0  # s, before a test fails
@@ -51,24 +47,6 @@ def event(tick: int, text: str = "hello") -> Event:
 
 def plan(robot: str, tick: int = 0) -> Plan:
     return Plan(robot=robot, run=0, tick=tick, points=[(0.0, 1.0)])
-
-
-def broadcast(robot: str, tick: int = 0) -> Broadcast:
-    return Broadcast(
-        robot=robot, run=0, tick=tick, x=0.0, y=0.0, yaw=0.0, activity=Activity.DRIVE, target=0, distance=1.0,
-        reached=[False],
-    )  # fmt: skip
-
-
-def clock(tick: int) -> Clock:
-    return Clock(run=0, tick=tick, time=0.0, phase=Phase.RUNNING, robots=["r1"], present=[])
-
-
-def state(robot: str) -> State:
-    return State(
-        robot=robot, run=0, tick=0, activity=Activity.DRIVE, target=0, reached=[False], unreachable=[], distance=1.0,
-        replans=0,
-    )  # fmt: skip
 
 
 def next_of(bus: Bus, kind: type) -> object:
@@ -121,10 +99,10 @@ def test_a_session_hears_itself_once(make_bus: MakeBus) -> None:
     one = make_bus()
     one.listen(RADIO, quiet=True, zx=0, zy=0)
     one.listen(EVENT)
-    one.send(RADIO, broadcast("r1"), zx=0, zy=0, robot="r1")
+    one.send(RADIO, broadcast(0, "r1"), zx=0, zy=0, robot="r1")
     one.send(EVENT, event(1))
     assert [one.receive(PATIENCE) for _ in range(2)] == [
-        Arrival(RADIO, {"zx": "0", "zy": "0", "robot": "r1"}, broadcast("r1")), Arrival(EVENT, {}, event(1)),
+        Arrival(RADIO, {"zx": "0", "zy": "0", "robot": "r1"}, broadcast(0, "r1")), Arrival(EVENT, {}, event(1)),
     ]  # fmt: skip
     assert one.receive(QUIET) is None
 
@@ -134,7 +112,7 @@ def test_a_part_of_the_key_left_out_matches_all_and_only_that(make_bus: MakeBus)
     there.listen(RADIO, zx=1)
     settle(here, there)
     for zx, zy, robot in ((0, 0, "r1"), (1, 0, "r2"), (-1, 5, "r3"), (1, -7, "r4")):
-        here.send(RADIO, broadcast(robot), sure=True, zx=zx, zy=zy, robot=robot)
+        here.send(RADIO, broadcast(0, robot), sure=True, zx=zx, zy=zy, robot=robot)
     heard = [next_of(there, Arrival) for _ in range(2)]
     assert [arrival.ids for arrival in heard] == [  # type: ignore[attr-defined]
         {"zx": "1", "zy": "0", "robot": "r2"},
@@ -333,8 +311,8 @@ def test_who_stops_to_listen_and_listens_again_has_lost_nothing(make_bus: MakeBu
         if heard:
             there.listen(RADIO, quiet=quiet, zx=0, zy=0)
         settle(here, there)
-        here.send(RADIO, broadcast("r1"), sure=True, zx=0, zy=0, robot="r1")
-        here.send(RADIO, broadcast("r1"), sure=True, zx=0, zy=0, robot="r1")
+        here.send(RADIO, broadcast(0, "r1"), sure=True, zx=0, zy=0, robot="r1")
+        here.send(RADIO, broadcast(0, "r1"), sure=True, zx=0, zy=0, robot="r1")
         settle(here, there)
         there.unlisten(RADIO, zx=0, zy=0) if heard else None
     assert there.lost[RADIO.key] == 0
@@ -342,11 +320,11 @@ def test_who_stops_to_listen_and_listens_again_has_lost_nothing(make_bus: MakeBu
 
 def test_what_is_kept_is_fetched_all_or_one(make_bus: MakeBus) -> None:
     keeper, other = make_bus(), make_bus()
-    kept = {STATE.key.format(robot=name): state(name) for name in ("r1", "r2", "r3")}
+    kept = {STATE.key.format(robot=name): state(0, name) for name in ("r1", "r2", "r3")}
     keeper.keep(STATE, lambda: kept)
     settle(keeper, other)
     assert sorted(message.robot for message in other.fetch(STATE)) == ["r1", "r2", "r3"]
-    assert other.fetch(STATE, robot="r2") == [state("r2")]
+    assert other.fetch(STATE, robot="r2") == [state(0, "r2")]
     assert other.fetch(STATE, robot="r9") == []
     assert other.fetch(CLOCK) == []
 
@@ -526,7 +504,7 @@ def test_a_computation_longer_than_the_lease_ends_no_session(make_bus: MakeBus, 
     there.announce("robot", "r1")
     assert next_of(here, Presence) == Presence("robot", "r1", there.id, alive=True)
     for tick in range(1000):
-        here.send(RADIO, broadcast("r1", tick), sure=True, zx=0, zy=0, robot="r1")
+        here.send(RADIO, broadcast(tick, "r1"), sure=True, zx=0, zy=0, robot="r1")
     held(1.8 * LEASE)
     assert here.receive(QUIET) is None
     assert not isinstance(there.receive(QUIET), Link)

@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 
 from swarm.cli import main
+from tests.cli.saying import Capture, said
 from tests.launch.actors import SMALL, Command, Fleet
 
 pytestmark = pytest.mark.processes
-Capture = pytest.CaptureFixture[str]
 
 
 @pytest.fixture(scope="module")
@@ -33,13 +33,6 @@ def waiting(runtime: Path) -> Iterator[Fleet]:
             fleet.await_all(bus)
         assert main(["order", "r1", "9.5,4", "2.5,6", "--id", "morning", "--home"]) == 0
         yield fleet
-
-
-def said(capsys: Capture, *arguments: str) -> str:
-    """Run a command that is right, and return what it prints."""
-    capsys.readouterr()
-    assert main(list(arguments)) == 0, capsys.readouterr().err
-    return capsys.readouterr().out
 
 
 # fmt: off

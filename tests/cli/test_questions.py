@@ -14,9 +14,8 @@ from swarm.cli import main
 from swarm.cli.offline import tools
 from swarm.cli.parsing import joined
 from swarm.messages.schema import kinds
+from tests.cli.saying import Capture, refused
 from tests.shared import DATA, PAPER, ROOT, needs_data
-
-Capture = pytest.CaptureFixture[str]
 
 MAP = """\
 type octile
@@ -41,16 +40,6 @@ def small(tmp_path: Path) -> tuple[Path, Path]:
     (tmp_path / "small.map").write_text(MAP)
     (tmp_path / "small.scen").write_text(SCEN)
     return tmp_path / "small.map", tmp_path / "small.scen"
-
-
-def refused(capsys: Capture, *arguments: str | Path) -> str:
-    """Run a command that is wrong; it says so in one line, and prints nothing else."""
-    assert main([str(argument) for argument in arguments]) == 2
-    said = capsys.readouterr()
-    assert said.out == ""
-    assert said.err.startswith("swarm: ")
-    assert said.err.count("\n") == 1
-    return said.err
 
 
 def test_a_plan_is_drawn_on_its_map(capsys: Capture) -> None:

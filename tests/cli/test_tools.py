@@ -20,7 +20,7 @@ from swarm.cli.look import topics as topics_room
 from swarm.errors import ConfigError, PeerError
 from swarm.launch import running
 from swarm.launch.running import Card
-from swarm.messages import Activity, State
+from tests.messages.made import state
 
 Capture = pytest.CaptureFixture[str]
 PLACE = FleetPlace(Endpoint("127.0.0.1", 7447), "fleet")
@@ -128,23 +128,14 @@ def test_rates_that_are_too_low_are_told_to_be(hear: Hear, capsys: Capture, drop
         assert bool(said) == bool(dropped)
 
 
-def state(robot: str) -> bytes:
-    return encode(
-        State(
-            robot=robot, run=0, tick=0, activity=Activity.DRIVE, target=0, reached=[], unreachable=[], distance=1.0,
-            replans=0,
-        )
-    )  # fmt: skip
-
-
 def test_a_good_message_is_read() -> None:
-    assert echo_room.read(Sample("robot/r1/state", state("r1"), 0.0)).robot == "r1"  # type: ignore[attr-defined]
+    assert echo_room.read(Sample("robot/r1/state", encode(state(0, "r1")), 0.0)).robot == "r1"  # type: ignore[attr-defined]
 
 
 # fmt: off
 REFUSED = {  # key, payload: what the sentence says
-    "of another robot": ("robot/r1/state", state("r2"), "expected a message of 'r1', got one of 'r2'"),
-    "of no robot":      ("robot/r 1/state", state("r1"), "expected an id of letters"),
+    "of another robot": ("robot/r1/state", encode(state(0, "r2")), "expected a message of 'r1', got one of 'r2'"),
+    "of no robot":      ("robot/r 1/state", encode(state(0, "r1")), "expected an id of letters"),
     "nonsense":         ("robot/r1/state", b"nonsense", "expected a MessagePack map"),
     "of no topic":      ("elsewhere",      b"12345678", "got 8 bytes on this one; `swarm schema` lists the messages"),
 }

@@ -1,7 +1,6 @@
 """`swarm ls`, `topics`, `echo`, `hz` and `watch` on fleets that run, over real Zenoh."""
 
 import json
-import re
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -15,21 +14,15 @@ from swarm.bus.codec import encode
 from swarm.bus.stranger import Stranger
 from swarm.cli import main
 from swarm.launch.running import named
-from swarm.messages import CLOCK, MAP, STATE, Activity, Clock, Map, Phase, State
+from swarm.messages import CLOCK, MAP, STATE, Map, Phase
 from swarm.scenario.load import Scenario
+from tests.cli.saying import Capture, refused, said
 from tests.conftest import MakeBus
-from tests.launch.actors import PATIENCE, SMALL, Command, Fleet, await_phase
+from tests.launch.actors import PATIENCE, Command, Fleet, await_phase
+from tests.messages.made import clock, state
 from tests.secure.shared import fleet_keys
 
 pytestmark = pytest.mark.processes
-Capture = pytest.CaptureFixture[str]
-
-
-@pytest.fixture
-def small(tmp_runtime: Path) -> Path:
-    path = tmp_runtime / "small.yaml"
-    path.write_text(SMALL)
-    return path
 
 
 @pytest.fixture
@@ -40,22 +33,6 @@ def driving(small: Path, tmp_runtime: Path) -> Iterator[Fleet]:
             fleet.await_all(bus)
             await_phase(bus, Phase.RUNNING)
         yield fleet
-
-
-def said(capsys: Capture, *arguments: str) -> str:
-    """Run a command that is right, and return what it prints."""
-    capsys.readouterr()
-    assert main(list(arguments)) == 0, capsys.readouterr().err
-    return capsys.readouterr().out
-
-
-def refused(capsys: Capture, *arguments: str) -> str:
-    """Run a command that is wrong, and return its sentence."""
-    capsys.readouterr()
-    assert main(list(arguments)) == 2
-    line = capsys.readouterr().err
-    assert re.match(r"swarm: (?!swarm\b).*\n\Z", line), line
-    return line
 
 
 def test_the_tools_find_the_fleet_and_show_it(driving: Fleet, tmp_runtime: Path, capsys: Capture) -> None:
@@ -153,7 +130,6 @@ def test_a_message_that_is_not_what_its_key_says_is_told_and_passed_over(
 ) -> None:
     bus = make_bus(fleet="forged")
     bus.announce("world", "world")
-    good = Clock(run=0, tick=1, time=0.05, phase=Phase.RUNNING, robots=[], present=[])
     with (
         Stranger(endpoint, "forged") as stranger,
         Command("echo", "**", "--once", "--connect", str(endpoint), runtime=tmp_runtime) as echo,
@@ -163,7 +139,7 @@ def test_a_message_that_is_not_what_its_key_says_is_told_and_passed_over(
             stranger.put("elsewhere", b"nonsense")
             assert echo.process.poll() is None, echo.text
             assert bus.receive(0.05) is None
-        bus.send(CLOCK, good)
+        bus.send(CLOCK, clock(1))
         assert echo.end() == 0, echo.text
     assert "world/clock: clock: expected a MessagePack map" in echo.text
     assert "elsewhere: expected a key of the table of topics, got 8 bytes" in echo.text
@@ -175,25 +151,15 @@ def test_a_message_of_another_robot_is_refused_as_by_every_receiver(
 ) -> None:
     bus = make_bus(fleet="lying")
     bus.announce("world", "world")
-    state = State(
-        robot="r2",
-        run=0,
-        tick=1,
-        activity=Activity.DRIVE,
-        target=0,
-        reached=[],
-        unreachable=[],
-        distance=1.0,
-        replans=0,
-    )
+    told = state(1, "r2")
     with (
         Stranger(endpoint, "lying") as stranger,
         Command("echo", "robot/*/state", "--once", "--connect", str(endpoint), runtime=tmp_runtime) as echo,
     ):
         while "robot/r1/state: " not in echo.text:
-            stranger.put("robot/r1/state", encode(state))
+            stranger.put("robot/r1/state", encode(told))
             assert bus.receive(0.05) is None
-        bus.send(STATE, state, robot="r2")
+        bus.send(STATE, told, robot="r2")
         assert echo.end() == 0, echo.text
     assert "robot/r1/state: expected a message of 'r1', got one of 'r2'" in echo.text
     assert "  robot: r2" in echo.text
@@ -204,20 +170,16 @@ def test_a_watcher_asks_the_world_whether_the_last_stop_is_home(
     make_bus: MakeBus, endpoint: Endpoint, tmp_runtime: Path, paper: Scenario, return_home: bool, lane: str
 ) -> None:
     scenario, packed = replace(paper, settings=structs.replace(paper.settings, return_home=return_home)).to_wire()
-    clock = Clock(run=0, tick=1, time=0.05, phase=Phase.RUNNING, robots=["r1"], present=["r1"])
-    state = State(
-        robot="r1", run=0, tick=1, activity=Activity.DRIVE, target=1, reached=[True, False], unreachable=[],
-        distance=1.0, replans=0,
-    )  # fmt: skip
+    runs, drives = clock(1, robots=("r1",)), state(1, "r1", target=1, reached=[True, False])
     bus = make_bus(fleet="last")
     bus.announce("world", "world")
-    bus.keep(CLOCK, lambda: {CLOCK.key: clock})
+    bus.keep(CLOCK, lambda: {CLOCK.key: runs})
     bus.keep(MAP, lambda: {MAP.key: Map(scenario=scenario, packed=packed)})
-    bus.keep(STATE, lambda: {"robot/r1/state": state})
+    bus.keep(STATE, lambda: {"robot/r1/state": drives})
     with Command("watch", "--connect", str(endpoint), runtime=tmp_runtime) as watch:
         assert watch.await_line("of the way").endswith(f": {lane}")
         while watch.process.poll() is None:
-            bus.send(CLOCK, structs.replace(clock, tick=2, phase=Phase.OVER))
+            bus.send(CLOCK, structs.replace(runs, tick=2, phase=Phase.OVER))
             assert bus.receive(0.05) is None
         assert watch.end() == 0, watch.text
 
@@ -227,15 +189,15 @@ def test_a_watcher_says_that_the_world_has_gone_and_goes_on(
 ) -> None:
     bus = make_bus(fleet="left")
     bus.announce("world", "world")
-    clock = Clock(run=0, tick=1, time=0.05, phase=Phase.RUNNING, robots=[], present=[])
-    bus.keep(CLOCK, lambda: {CLOCK.key: clock})
+    runs = clock(1)
+    bus.keep(CLOCK, lambda: {CLOCK.key: runs})
     with Command("watch", "--connect", str(endpoint), runtime=tmp_runtime) as watch:
         watch.await_line("running")
         bus.withdraw("world", "world")
         watch.await_line("the world has gone; Ctrl-C ends this")
         bus.announce("world", "world")
         while watch.process.poll() is None:
-            bus.send(CLOCK, structs.replace(clock, tick=2, phase=Phase.OVER))
+            bus.send(CLOCK, structs.replace(runs, tick=2, phase=Phase.OVER))
             assert bus.receive(0.05) is None
         assert watch.end() == 0, watch.text
     assert watch.text.count("the world has gone") == 1
@@ -243,14 +205,13 @@ def test_a_watcher_says_that_the_world_has_gone_and_goes_on(
 
 def test_a_tap_hears_the_bytes_that_were_sent(make_bus: MakeBus, endpoint: Endpoint) -> None:
     bus: Bus = make_bus(fleet="tapped")
-    said = Clock(run=0, tick=1, time=0.05, phase=Phase.RUNNING, robots=[], present=[])
     with Tap(endpoint, "tapped", "world/*") as tap:
         for _ in range(round(PATIENCE / 0.5)):
-            bus.send(CLOCK, said)
+            bus.send(CLOCK, clock(1))
             if (sample := tap.receive(0.5)) is not None:
                 break
         assert sample is not None, "the tap hears nothing"
-        assert (sample.key, sample.payload) == ("world/clock", encode(said))
+        assert (sample.key, sample.payload) == ("world/clock", encode(clock(1)))
 
 
 def test_no_router_is_told_without_a_path_of_the_library(capsys: Capture) -> None:

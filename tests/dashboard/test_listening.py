@@ -5,7 +5,7 @@ from dashboard.listening import Listener
 from swarm.bus import Arrival, Bus
 from swarm.messages import RADIO
 from tests.conftest import MakeBus
-from tests.dashboard.fold.test_progress import broadcast
+from tests.messages.made import broadcast
 
 
 def test_it_listens_to_whom_it_turns_to_and_no_longer(make_bus: MakeBus) -> None:

@@ -11,8 +11,8 @@ from dashboard.fold.progress import RobotProgress
 from dashboard.terminal import ROWS, Terminal, bar, tell
 from swarm.bus import Arrival, Presence
 from swarm.messages import Activity, Event, Message, Phase, PoolCounts
-from tests.dashboard.fold.test_progress import broadcast, clock, state
 from tests.dashboard.rehearsal import RATE, Rehearsal
+from tests.messages.made import broadcast, clock, state
 
 
 class Wall:

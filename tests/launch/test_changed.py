@@ -21,11 +21,7 @@ from tests.launch.actors import SMALL
 
 
 def options_of(scenario: Scenario, **given: Any) -> Options:  # noqa: ANN401
-    options = Options(
-        scenario=scenario, robots=scenario.settings.robots, robots_per_process=1, asked_seed=None, pace="max",
-        asked_limit=None, wait=False, dashboard="off", rules=None, record=None, report=None, port=0, fleet=None,
-    )  # fmt: skip
-    return replace(options, **given)
+    return replace(Options(scenario=scenario, robots=scenario.settings.robots, pace="max"), **given)
 
 
 @pytest.fixture

@@ -264,11 +264,12 @@ def test_a_body_of_no_robot_is_refused_before_anything_is_started(
 
 @pytest.mark.long("a whole mission, each process started by hand")
 @pytest.mark.processes
-def test_a_body_that_dies_stands_and_the_run_goes_on_when_it_is_back(endpoint: Endpoint, tmp_runtime: Path) -> None:
+def test_a_body_that_dies_stands_and_the_run_goes_on_when_it_is_back(
+    small: Path, endpoint: Endpoint, tmp_runtime: Path
+) -> None:
     wire = ("--connect", str(endpoint), "--fleet", "dies")
-    (file := tmp_runtime / "small.yaml").write_text(SMALL)
     report = tmp_runtime / "report.json"
-    arguments = (str(file), "--robots", "2", "--pace", "5", "--report", str(report), "--body", "r2")
+    arguments = (str(small), "--robots", "2", "--pace", "5", "--report", str(report), "--body", "r2")
     with (
         Command("world", *arguments, *wire, runtime=tmp_runtime) as world,
         Bus(endpoint, "dies") as bus,

@@ -39,11 +39,11 @@ def test_robots_that_share_processes_drive_the_very_run_that_objects_drive(
 
 @pytest.mark.long("a whole mission")
 @pytest.mark.processes
-def test_a_process_of_three_robots_that_is_killed_is_started_again_and_all_go_on(tmp_runtime: Path) -> None:
-    path = tmp_runtime / "small.yaml"
-    path.write_text(SMALL)
+def test_a_process_of_three_robots_that_is_killed_is_started_again_and_all_go_on(
+    small: Path, tmp_runtime: Path
+) -> None:
     with (
-        Fleet(path, "--pace", "10", "--robots-per-process", "3", robots=3, runtime=tmp_runtime) as fleet,
+        Fleet(small, "--pace", "10", "--robots-per-process", "3", robots=3, runtime=tmp_runtime) as fleet,
         fleet.bus() as bus,
     ):
         bus.listen(EVENT)

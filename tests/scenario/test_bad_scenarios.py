@@ -7,9 +7,9 @@ from typing import Any
 import pytest
 import yaml
 
-from swarm.cli import main
 from swarm.errors import ConfigError
 from swarm.scenario.load import load
+from tests.cli.saying import refused
 from tests.launch.actors import SMALL
 from tests.shared import PAPER
 
@@ -130,23 +130,10 @@ FILES = {
 # fmt: on
 
 
-def refused(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> str:
-    """Run the command; it has to say one line on stderr, nothing on stdout, and end with 2. Give the line."""
-    status = main(arguments)
-    captured = capsys.readouterr()
-    assert status == 2
-    assert captured.out == ""
-    lines = captured.err.splitlines()
-    assert len(lines) == 1
-    assert lines[0].startswith("swarm: ")
-    assert "Traceback" not in captured.err
-    return lines[0]
-
-
 def run_of(text: str, folder: Path, capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
     path = folder / "case.yaml"
     path.write_text(text)
-    return refused(["run", str(path), "--dashboard", "off", *arguments], capsys)
+    return refused(capsys, "run", str(path), "--dashboard", "off", *arguments)
 
 
 def edited(edit: Edit) -> str:
@@ -196,28 +183,28 @@ def test_aliases_that_multiply_are_refused_at_once(tmp_runtime: Path, capsys: py
 
 def test_a_missing_file_names_the_nearest_one(tmp_runtime: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_runtime / "paper.yaml").write_text("map: {}\n")
-    said = refused(["run", str(tmp_runtime / "papre.yaml")], capsys)
+    said = refused(capsys, "run", str(tmp_runtime / "papre.yaml"))
     assert "papre.yaml: expected a scenario file, found none; did you mean 'paper.yaml'?" in said
 
 
 def test_a_missing_folder_says_check_the_path(tmp_runtime: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert "found none; check the path" in refused(["run", str(tmp_runtime / "none" / "x.yaml")], capsys)
+    assert "found none; check the path" in refused(capsys, "run", str(tmp_runtime / "none" / "x.yaml"))
 
 
 def test_a_folder_is_no_scenario(tmp_runtime: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert "expected a file, found none" in refused(["run", str(tmp_runtime)], capsys)
+    assert "expected a file, found none" in refused(capsys, "run", str(tmp_runtime))
 
 
 def test_bytes_are_no_scenario(tmp_runtime: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_runtime / "bytes.yaml"
     path.write_bytes(b"\xff\xfe\x00")
-    assert "bytes.yaml: expected text (UTF-8)" in refused(["run", str(path)], capsys)
+    assert "bytes.yaml: expected text (UTF-8)" in refused(capsys, "run", str(path))
 
 
 def test_a_file_of_megabytes_is_not_read(tmp_runtime: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_runtime / "large.yaml"
     path.write_bytes(b"#" * 4_000_001)
-    assert "expected at most 4000000 bytes" in refused(["run", str(path)], capsys)
+    assert "expected at most 4000000 bytes" in refused(capsys, "run", str(path))
 
 
 # fmt: off
@@ -246,7 +233,7 @@ def test_a_bad_flag_is_refused(name: str, tmp_runtime: Path, capsys: pytest.Capt
     path = tmp_runtime / "small.yaml"
     path.write_text(SMALL)
     defaults = [] if "--dashboard" in arguments else ["--dashboard", "off"]
-    assert sentence in refused(["run", str(path), *defaults, *arguments], capsys)
+    assert sentence in refused(capsys, "run", str(path), *defaults, *arguments)
 
 
 def test_a_fleet_name_cannot_empty_a_folder_that_is_not_ours(tmp_runtime: Path) -> None:
@@ -267,9 +254,9 @@ def test_a_fleet_name_cannot_empty_a_folder_that_is_not_ours(tmp_runtime: Path) 
     "endpoint", ["127.0.0.1:7447", "udp/127.0.0.1:7447", "tcp/127.0.0.1:0", "tcp/:1", "tcp/a:70000"]
 )
 def test_a_bad_endpoint_is_refused(endpoint: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert "endpoint: expected tcp/HOST:PORT" in refused(["status", "--connect", endpoint], capsys)
+    assert "endpoint: expected tcp/HOST:PORT" in refused(capsys, "status", "--connect", endpoint)
 
 
 def test_world_refuses_what_run_refuses(tmp_runtime: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert "--robots: expected 1 to 1000, got 0" in refused(["world", str(PAPER), "--robots", "0"], capsys)
-    assert "--seed: expected 0" in refused(["world", str(PAPER), "--seed", "-2"], capsys)
+    assert "--robots: expected 1 to 1000, got 0" in refused(capsys, "world", str(PAPER), "--robots", "0")
+    assert "--seed: expected 0" in refused(capsys, "world", str(PAPER), "--seed", "-2")

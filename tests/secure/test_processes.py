@@ -36,7 +36,7 @@ from swarm.messages import (
 from swarm.scenario.load import load
 from swarm.secure import Identity
 from swarm.secure.certificates import Authority
-from tests.launch.actors import PATIENCE, SMALL, Command, Fleet
+from tests.launch.actors import PATIENCE, Command, Fleet
 from tests.secure.shared import DAY, NOW, fleet_keys, member
 from world.simulate import Simulation
 
@@ -364,10 +364,9 @@ def test_the_buttons_are_the_operators(secured: Secured) -> None:
 
 
 def test_a_secure_fleet_drives_the_very_run_of_an_open_one_and_takes_orders_with_keys_only(
-    tmp_runtime: Path, capsys: pytest.CaptureFixture[str]
+    small: Path, tmp_runtime: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    small, keys = tmp_runtime / "small.yaml", tmp_runtime / "keys"
-    small.write_text(SMALL)
+    keys = tmp_runtime / "keys"
     fleet_keys(keys)
     with Fleet(small, "--pace", "max", "--wait", runtime=tmp_runtime, keys=keys) as fleet:
         with fleet.bus() as bus:
@@ -387,10 +386,9 @@ def test_a_secure_fleet_drives_the_very_run_of_an_open_one_and_takes_orders_with
 
 
 def test_an_old_key_of_one_robot_ends_the_command_before_it_starts_anything(
-    tmp_runtime: Path, capsys: pytest.CaptureFixture[str]
+    small: Path, tmp_runtime: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    small, keys = tmp_runtime / "small.yaml", tmp_runtime / "keys"
-    small.write_text(SMALL)
+    keys = tmp_runtime / "keys"
     authority = fleet_keys(keys)
     old = member(tmp_runtime / "old", authority, authority, "r2", NOW - DAY, NOW - DAY / 2)
     (keys / "r2").rename(tmp_runtime / "r2")

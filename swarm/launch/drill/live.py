@@ -49,7 +49,6 @@ class LiveFleet:
         self._open = ExitStack()
         self.truth: Truth | None = None  # the newest one
         self.over = Flag()  # ends what goes on in the background
-        self.asleep: set[int] = set()  # processes that were frozen
 
     def __enter__(self) -> "LiveFleet":
         try:
@@ -155,11 +154,9 @@ class LiveFleet:
                     return int(place.name)
         return None
 
-    def member(self, name: str, besides: int = 0) -> int:
-        """Wait for a process of the fleet other than ``besides``, and return its id."""
-        found: int = self.await_that(
-            lambda: pid if (pid := self.find(name)) != besides else None, f"a process of {name}"
-        )
+    def member(self, name: str) -> int:
+        """Wait for a process of the fleet, and return its id."""
+        found: int = self.await_that(lambda: self.find(name), f"a process of {name}")
         return found
 
     # --- the end ---

@@ -8,7 +8,8 @@ from dashboard.fold.progress import Progress
 from dashboard.fold.scene import scene_of
 from swarm.messages import Activity, Liveness, Map, Phase, PoolCounts
 from swarm.scenario.load import Scenario
-from tests.dashboard.fold.test_progress import clock, event, folded, state, truth
+from tests.dashboard.fold.test_progress import folded
+from tests.messages.made import clock, event, state, truth
 
 
 def test_the_overview_says_what_each_robot_does_and_how_far_it_is() -> None:

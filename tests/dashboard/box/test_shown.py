@@ -12,8 +12,8 @@ from swarm.bus import Link
 from swarm.messages import CLOCK, EVENTS, MAP, PLAN, TRUTH, Message
 from tests.conftest import MakeBus
 from tests.dashboard.drawn import floor
-from tests.dashboard.fold.test_progress import clock, event, truth
 from tests.dashboard.rehearsal import RATE, Rehearsal
+from tests.messages.made import clock, event, truth
 
 
 class Shown:

@@ -10,17 +10,16 @@ from benchmarks.box import CELL, WALLS, floor
 from swarm.bus import Endpoint
 from swarm.errors import PeerError
 from tests.dashboard.browsing import LACKS, PROGRAM, Box, browser
-from tests.launch.actors import SMALL, Fleet
+from tests.launch.actors import Fleet
 
 seen = pytest.mark.skipif(PROGRAM is None, reason=LACKS)
 pytestmark = pytest.mark.processes
 
 
 @seen
-def test_rerun_is_in_a_tab_that_starts_it_and_ends_with_the_fleet(tmp_runtime: Path) -> None:
-    (file := tmp_runtime / "small.yaml").write_text(SMALL)
+def test_rerun_is_in_a_tab_that_starts_it_and_ends_with_the_fleet(small: Path, tmp_runtime: Path) -> None:
     flags = ("--dashboard", "box", "--wait", "--serve")
-    with Fleet(file, *flags, runtime=tmp_runtime) as fleet, fleet.bus() as bus, browser() as running:
+    with Fleet(small, *flags, runtime=tmp_runtime) as fleet, fleet.bus() as bus, browser() as running:
         address = fleet.await_line("box: http").split()[-1]
         fleet.await_all(bus)
         box = Box(running, address, (12.0, 8.0))

@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 from dashboard.fold.progress import Progress, fold
 from swarm.messages import Activity, Broadcast, Event, Message, State
-from tests.dashboard.fold.test_progress import broadcast, clock, event, state, truth
+from tests.messages.made import broadcast, clock, event, state, truth
 
 STOPS = 3
 robots = st.sampled_from(["a", "b", "c"])

@@ -8,8 +8,8 @@ from swarm.bus import Arrival, Presence
 from swarm.errors import SwarmError
 from swarm.messages import CLOCK, Events, Liveness, Message, Phase, Plan
 from tests.dashboard.drawn import floor
-from tests.dashboard.fold.test_progress import broadcast, clock, event, state, truth
 from tests.dashboard.rehearsal import RATE, Rehearsal
+from tests.messages.made import broadcast, clock, event, state, truth
 
 FLOOR = floor(Rehearsal(1))
 STATUS = Rehearsal(1).status(20)
