@@ -64,18 +64,6 @@ def assert_the_same_run(report: dict[str, Any], expected: dict[str, Any]) -> Non
     assert report.keys() == expected.keys()
 
 
-def run_with_world_killed_at(tick: int, file: Path, robots: int, runtime: Path) -> dict[str, Any]:
-    """Run a scenario in lockstep, kill its world at about a tick (0: never), and return the report."""
-    with Fleet(file, "--pace", "max", robots=robots, runtime=runtime) as fleet, fleet.bus() as bus:
-        fleet.await_all(bus)
-        if tick:
-            await_tick(bus, tick)
-            fleet.member("world").kill()
-            fleet.await_line("world was ended by signal 9; started again")
-        assert fleet.end() == 0, fleet.text
-        return fleet.report()
-
-
 def as_started() -> None:
     """Heed the signals that a shell lets a job in the background ignore: so does whoever runs these tests there."""
     for number in (signal.SIGINT, signal.SIGHUP):

@@ -6,11 +6,10 @@ from pathlib import Path
 import pytest
 
 from swarm.bus import Endpoint
-from swarm.cli import main
 from swarm.messages import EVENT, Phase
 from swarm.scenario.load import load
 from tests.conftest import MakeBus
-from tests.launch.actors import SMALL, Command, Fleet, await_clock, await_event, await_phase, await_presence
+from tests.launch.actors import SMALL, Command, Fleet, await_event, await_phase, await_presence
 from world.simulate import Simulation
 
 
@@ -56,20 +55,6 @@ def test_a_process_of_three_robots_that_is_killed_is_started_again_and_all_go_on
         assert "r1-r3 was ended by signal 9; started again" in fleet.text
         assert fleet.report()["complete"]
         fleet.assert_nobody_is_left()
-
-
-@pytest.mark.long("two whole missions")
-@pytest.mark.processes
-def test_a_run_of_shared_processes_that_is_restarted_is_the_first_one_again(noisy: Path, tmp_runtime: Path) -> None:
-    expected = Simulation.of(load(noisy), 3, 1).run()["digest"]
-    arguments = ("--pace", "max", "--robots-per-process", "2")
-    with Fleet(noisy, *arguments, robots=3, runtime=tmp_runtime) as fleet, fleet.bus() as bus:
-        fleet.await_all(bus)
-        await_clock(bus, lambda clock: clock.tick > 50)
-        assert main(["restart"]) == 0
-        assert await_clock(bus, lambda clock: clock.run == 1)
-        assert fleet.end() == 0, fleet.text
-        assert fleet.report()["digest"] == expected
 
 
 @pytest.mark.long("two worlds, each process started by hand")

@@ -1,8 +1,6 @@
 """Tools that come late, to a real fleet: before `go`, during the run, in a pause, and at the end."""
 
 import json
-import os
-import signal
 from pathlib import Path
 from typing import Any
 
@@ -23,13 +21,12 @@ from swarm.messages import (
     TRUTH,
     Action,
     Do,
-    Event,
     Liveness,
     Phase,
     Status,
     Topic,
 )
-from tests.launch.actors import Fleet, await_event, await_message, await_phase, await_status, await_tick
+from tests.launch.actors import Fleet, await_event, await_message, await_phase, await_status
 
 pytestmark = pytest.mark.processes
 FETCHED: tuple[Topic[Any], ...] = (CLOCK, TRUTH, STATE, MAP, EVENTS, STATUS)
@@ -103,43 +100,5 @@ def test_status_is_json_for_any_zenoh_client_and_for_people(
         lines = capsys.readouterr().out.splitlines()
         assert lines[0].startswith("small: waiting at 0.0 s")
         assert [line.split()[:2] for line in lines[2:]] == [["r1", "alive"], ["r2", "alive"]]
-        assert main(["stop"]) == 0
-        assert fleet.end() == 1, fleet.text
-
-
-@pytest.mark.long("waits until a frozen robot counts as gone")
-def test_a_frozen_robot_is_gone_then_back_and_the_others_run_on(small: Path, tmp_runtime: Path) -> None:
-    with Fleet(small, "--pace", "2", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
-        bus.listen(EVENT)
-        fleet.await_all(bus)
-        await_tick(bus, 10)
-        frozen = fleet.member("r2")
-        os.kill(frozen.pid, signal.SIGSTOP)
-        gone = await_event(bus, lambda event: event.kind == "gone")
-        assert gone.robot == "r2"
-        status = bus.fetch(STATUS)[0]
-        assert [(one.robot, one.liveness) for one in status.robots] == [("r1", Liveness.ALIVE), ("r2", Liveness.GONE)]
-        assert status.robots[1].event == gone
-        assert status.robots[1].state.distance > 0.0, "its last state stays"
-        os.kill(frozen.pid, signal.SIGCONT)
-        back = await_event(bus, lambda event: event.kind == "back")
-        assert (back.robot, back.text) == ("r2", "is back")
-        assert fleet.end() == 0, fleet.text
-    assert fleet.report()["complete"]
-
-
-@pytest.mark.long("a whole mission; other kills of a world are in make test")
-def test_the_events_outlive_a_world_that_is_killed(small: Path, tmp_runtime: Path) -> None:
-    with Fleet(small, "--pace", "2", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
-        bus.listen(EVENT)
-        fleet.await_all(bus)
-        await_event(bus, lambda event: event.kind == "reached")
-        await_tick(bus, 60)
-        before: list[Event] = bus.fetch(EVENTS)[0].events
-        fleet.member("world").kill()
-        fleet.await_line("world was ended by signal 9; started again")
-        after = await_status(bus, lambda status: bool(status.events)).events
-        assert [event for event in before if event.kind == "phase"][:1] == after[:1]
-        assert "reached" in {event.kind for event in after}
         assert main(["stop"]) == 0
         assert fleet.end() == 1, fleet.text

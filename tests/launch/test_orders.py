@@ -1,4 +1,4 @@
-"""Orders over real processes: given by command, kept when processes are killed, the same run bit for bit in lockstep."""
+"""Orders and a pool over real processes: the run is the same, bit for bit, as that of objects in one process."""
 
 from pathlib import Path
 from typing import Final
@@ -6,31 +6,19 @@ from typing import Final
 import pytest
 
 from swarm.cli import main
-from swarm.messages import EVENT, Order, Phase, RobotAction, RobotDo
+from swarm.messages import Order, RobotAction, RobotDo
 from swarm.scenario.load import load
 from tests.launch.actors import (
     SMALL,
     Fleet,
     assert_the_same_run,
-    await_event,
-    await_phase,
+    await_tick,
     in_process,
-    run_with_world_killed_at,
 )
 from world.simulate import Simulation
 
 pytestmark = pytest.mark.processes
 ROBOTS = 3
-PLANNED = """\
-limit: 1500
-radio: {loss: 0.3}
-orders:
-- {at: 3.0, robot: r1, targets: [[9.5, 4.0], [2.5, 6.0]]}
-- {at: 4.0, robot: r2, do: stop}
-- {at: 6.0, robot: r3, do: home}
-- {at: 7.0, robot: r1, update: 1, targets: [[2.5, 6.0]], home: true}
-- {at: 20.0, robot: r2, do: go_on}
-"""
 # fmt: off
 REFUSED: Final = {  # by a fleet that waits: the command, and the sentence
     "order r9 9.5,4.0":           "order of r9: expected one of r1, r2, r3, got 'r9'; the fleet has no such robot",
@@ -46,23 +34,6 @@ REFUSED: Final = {  # by a fleet that waits: the command, and the sentence
     "setup --scenario papr":      "setup: scenario: expected one that comes with the project, got 'papr'; did you mean 'paper'?",
 }
 # fmt: on
-
-
-@pytest.fixture
-def planned(tmp_runtime: Path) -> Path:
-    path = tmp_runtime / "planned.yaml"
-    path.write_text(SMALL.replace("limit: 1500\n", PLANNED))
-    return path
-
-
-@pytest.mark.long("two whole missions")
-def test_planned_orders_give_the_same_run_over_processes_also_if_the_world_is_killed(
-    planned: Path, tmp_runtime: Path
-) -> None:
-    expected = in_process(load(planned), ROBOTS, 1)
-    assert expected["per_robot"]["r1"]["orders"] == {"done": 1, "superseded": 2, "cancelled": 0, "open": 0}
-    for tick in (0, 95):
-        assert_the_same_run(run_with_world_killed_at(tick, planned, ROBOTS, tmp_runtime), expected)
 
 
 def test_orders_given_before_the_start_are_part_of_a_run_that_can_be_repeated(
@@ -95,29 +66,17 @@ def test_orders_given_before_the_start_are_part_of_a_run_that_can_be_repeated(
     assert report["reproducible"]
 
 
-@pytest.mark.long("a whole mission with kills")
-def test_an_order_and_a_stop_outlive_the_robot_and_the_world(small: Path, tmp_runtime: Path) -> None:
-    with Fleet(small, "--pace", "5", "--wait", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
+POOL = "pool: [[9.5, 2.0], [9.5, 6.0], [2.5, 6.0], [9.5, 4.0]]"
+
+
+def test_a_pool_gives_the_same_run_over_processes_also_if_the_world_is_killed(small: Path, tmp_runtime: Path) -> None:
+    small.write_text(SMALL.replace("targets: [[9.5, 2.0], [9.5, 6.0]]", POOL))
+    expected = in_process(load(small), ROBOTS, 1)
+    assert expected["pool"]["done"] == 4
+    with Fleet(small, "--pace", "max", robots=ROBOTS, runtime=tmp_runtime) as fleet, fleet.bus() as bus:
         fleet.await_all(bus)
-        bus.listen(EVENT)
-        assert main(["stop", "r2"]) == 0
-        assert main(["go"]) == 0
-        await_phase(bus, Phase.RUNNING)
-        assert main(["order", "r1", "9.5,4.0", "2.5,6.0", "9.5,2.0", "--id", "a"]) == 0
-        fleet.member("r1").kill()
-        fleet.await_line("r1 was ended by signal 9; started again")
-        await_event(bus, lambda event: event.kind == "reached" and event.robot == "r1")
+        await_tick(bus, 60)
         fleet.member("world").kill()
         fleet.await_line("world was ended by signal 9; started again")
-        await_event(bus, lambda event: event.robot == "r1" and event.text == "is at target 3")
-        assert main(["go-on", "r2"]) == 0
         assert fleet.end() == 0, fleet.text
-        report = fleet.report()
-    assert report["complete"]
-    assert [(one["number"], one["fate"]) for one in report["per_robot"]["r1"]["history"]] == [
-        (0, "superseded"), (1, "done"),
-    ]  # fmt: skip
-    reached = report["per_robot"]["r1"]["reached"]
-    assert reached == sorted(reached)
-    assert min(report["per_robot"]["r2"]["reached"]) > max(reached), "it stood until then"
-    assert any("was given an order" in reason for reason in report["not_reproducible"])
+        assert_the_same_run(fleet.report(), expected)

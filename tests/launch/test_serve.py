@@ -7,7 +7,7 @@ import pytest
 from swarm.bus import Bus
 from swarm.cli import main
 from swarm.messages import Activity, Liveness, Phase, RobotStatus, Status
-from tests.launch.actors import Command, Fleet, await_clock, await_phase, await_status
+from tests.launch.actors import Command, Fleet, await_phase, await_status
 from tests.shared import mostly_long
 
 pytestmark = pytest.mark.processes
@@ -82,31 +82,6 @@ def test_a_fleet_that_is_stopped_before_it_has_done_what_was_asked_is_not_comple
         report = fleet.report()
     assert (report["complete"], report["reason"]) == (False, "stopped by command")
     assert report["per_robot"]["r1"]["reached"] == [None]
-
-
-@pytest.mark.long("a whole mission")
-def test_the_targets_of_the_scenario_are_driven_first_and_in_lockstep_the_clock_stands_then(
-    small: Path, tmp_runtime: Path
-) -> None:
-    with Fleet(small, "--pace", "max", "--serve", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
-        fleet.await_all(bus)
-        for name in ("r1", "r2"):
-            await_done(bus, name, 0)
-        ticks = [await_clock(bus, lambda clock: clock.time > 10.0).tick for _ in range(6)]  # it is told each second
-        assert len(set(ticks[-3:])) == 1
-        assert main(["order", "r1", "9.5,4.0"]) == 0
-        assert await_done(bus, "r1", 1).tick > ticks[-1]
-        assert main(["stop"]) == 0
-        assert fleet.end() == 0, fleet.text
-
-
-@pytest.mark.long("a whole mission")
-def test_a_limit_that_is_given_ends_it(small: Path, tmp_runtime: Path) -> None:
-    with Fleet(small, "--pace", "max", "--serve", "--limit", "120", runtime=tmp_runtime) as fleet:
-        assert fleet.end() == 0, fleet.text
-        report = fleet.report()
-    assert report["complete"]
-    assert report["sim_time"] == pytest.approx(120.0)
 
 
 @pytest.mark.long("a whole mission with kills")

@@ -11,7 +11,7 @@ from swarm.cli import main
 from swarm.launch.supervise.fleet import Ended
 from swarm.launch.supervise.fleet import Fleet as Launched
 from swarm.launch.supervise.table import CRASHED, WORLD, EarlyEnd
-from swarm.messages import EDIT, EVENT, Edit, Kind, Phase
+from swarm.messages import EVENT
 from swarm.scenario.load import load
 from tests.conftest import MakeBus
 from tests.launch.actors import (
@@ -20,9 +20,7 @@ from tests.launch.actors import (
     Command,
     Fleet,
     assert_the_same_run,
-    await_clock,
     await_event,
-    await_phase,
     await_tick,
     in_process,
 )
@@ -69,23 +67,6 @@ def test_in_lockstep_a_run_is_the_undisturbed_one_whenever_the_world_or_the_rout
         fleet.assert_nobody_is_left()
 
 
-@pytest.mark.long("a whole mission; other kills of a world are in make test")
-def test_a_world_that_was_killed_in_a_pause_comes_back_paused(noisy: Path, tmp_runtime: Path) -> None:
-    with Fleet(noisy, "--pace", "max", "--wait", robots=ROBOTS, runtime=tmp_runtime) as fleet, fleet.bus() as bus:
-        fleet.await_all(bus)
-        assert main(["go"]) == 0
-        await_tick(bus, 50)
-        assert main(["pause"]) == 0
-        await_phase(bus, Phase.PAUSED)
-        fleet.member("world").kill()
-        fleet.await_line("world was ended by signal 9; started again")
-        stands = await_clock(bus, lambda clock: clock.phase is Phase.PAUSED and len(clock.present) == ROBOTS)
-        assert stands.tick >= 40
-        assert main(["resume"]) == 0
-        assert fleet.end() == 0, fleet.text
-        assert_the_same_run(fleet.report(), in_process(load(noisy), ROBOTS, 1))
-
-
 @pytest.mark.long("a whole mission; other kills of a robot are in make test")
 def test_a_killed_robot_stalls_nobody_in_lockstep_and_the_report_says_that_the_run_cannot_be_repeated(
     noisy: Path, tmp_runtime: Path
@@ -103,23 +84,6 @@ def test_a_killed_robot_stalls_nobody_in_lockstep_and_the_report_says_that_the_r
     assert not report["reproducible"]
     reasons = sorted(reason.partition(" at ")[0] for reason in report["not_reproducible"])
     assert reasons == ["r2 has lost its process", "r2 has started again without its memory"], "no deadline has passed"
-
-
-@pytest.mark.long("a whole mission; other kills of a world are in make test")
-def test_an_edit_that_was_answered_outlives_the_world(noisy: Path, tmp_runtime: Path) -> None:
-    wall = Edit(kind=Kind.WALL, low=(7.2, 3.2), high=(7.8, 3.8))
-    with Fleet(noisy, "--pace", "2", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
-        fleet.await_all(bus)
-        await_tick(bus, 30)
-        assert bus.ask(EDIT, wall).text.startswith("wall from")
-        fleet.member("world").kill()
-        fleet.await_line("world was ended by signal 9; started again")
-        bus.watch_presence("world")
-        await_tick(bus, 31)
-        await_clock(bus, lambda clock: len(clock.present) == 2)
-        assert bus.ask(EDIT, wall).text.endswith("it changes nothing")
-        assert main(["stop"]) == 0
-        assert fleet.end() == 1, fleet.text
 
 
 def crash_once(file: Path) -> int:

@@ -6,17 +6,16 @@ from contextlib import ExitStack, suppress
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from queue import Queue
-from threading import Thread
 from typing import Any, NamedTuple
 
 import pytest
 import zenoh
 
-from swarm.bus import Arrival, Bus, Endpoint, Request
+from swarm.bus import Arrival, Bus, Endpoint
 from swarm.bus.codec import encode
 from swarm.bus.settings import client
 from swarm.cli import main
-from swarm.errors import ConfigError, PeerError
+from swarm.errors import ConfigError
 from swarm.messages import (
     ACTION,
     CLOCK,
@@ -24,11 +23,8 @@ from swarm.messages import (
     JOIN,
     RADIO,
     STATE,
-    Accepted,
-    Action,
     Activity,
     Broadcast,
-    Do,
     Message,
     State,
     Topic,
@@ -340,24 +336,6 @@ def test_a_wildcard_beside_the_own_name_is_dropped_by_the_receiver(
         arrived = bus.receive(PATIENCE)
         assert isinstance(arrived, Arrival)
         assert (arrived.ids["robot"], bus.refused[topic.key]) == ("r1", 1)
-
-
-def test_the_buttons_are_the_operators(secured: Secured) -> None:
-    with secured.bus("world") as world, secured.bus("watcher") as watcher, secured.bus("operator") as operator:
-        world.serve(ACTION)
-        world.fetch(CLOCK)  # the router knows by now that the world answers
-        with pytest.raises(PeerError, match="expected an answer, got none"):
-            watcher.ask(ACTION, Action(do=Do.PAUSE))
-
-        def answer() -> None:
-            request = world.receive(PATIENCE)
-            assert isinstance(request, Request)
-            request.accept(Accepted(text="paused"))
-
-        thread = Thread(target=answer)
-        thread.start()
-        assert operator.ask(ACTION, Action(do=Do.PAUSE)).text == "paused"
-        thread.join()
 
 
 # --- a whole fleet ---
