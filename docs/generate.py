@@ -57,7 +57,11 @@ def process_table() -> str:
     """Return the table of the kinds of process that a launcher starts."""
     roles = [role for role in vars(processes).values() if isinstance(role, processes.Role)]
     body = [
-        (role.name, said(role.load).rstrip("."), *(end.value for end in role if isinstance(end, processes.EarlyEnd)))
+        (
+            role.name,
+            f"`{role.run.partition(':')[0]}`",
+            *(end.value for end in role if isinstance(end, processes.EarlyEnd)),
+        )
         for role in roles
     ]
     head = ("process", "what runs", "when it ends well", "when it fails", "when it is killed", "too often")

@@ -1,67 +1,39 @@
 """The command `swarm completion`: a script with which a shell completes commands, their options and known words."""
 
 import argparse
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from functools import partial
 from pathlib import Path
+from pkgutil import resolve_name
 from typing import Any, Final
 
-from swarm.cli.parsing import PACES, Commands, Parser
+from swarm.cli.parsing import Commands, Parser
 
 SHELLS: Final = ("bash", "zsh", "fish")
 
 
-def _scenarios() -> Iterable[str]:
-    from swarm.scenario.shipped import shipped
-
-    return shipped()
-
-
-def _dashboards() -> Iterable[str]:
-    from dashboard.mode import ASKED
-
-    return ASKED
-
-
-def _messages() -> Iterable[str]:
-    from swarm.messages.schema import kinds
-
-    return kinds()
-
-
-def _faults() -> Iterable[str]:
-    from swarm.launch.drill.table import TABLE
-
-    return [row.name for row in TABLE]
-
-
-def _profiles() -> Iterable[str]:
-    from world.storm.plans.profiles import PROFILES
-
-    return PROFILES
-
-
-def _controllers() -> Iterable[str]:
-    from swarm.fuzzy import profiles
-
-    return sorted(file.stem for file in Path(profiles.__path__[0]).glob("*.yaml"))
-
-
-Known = dict[tuple[str, str], Callable[[], Iterable[str]]]  # by command and argument
+SCENARIOS: Final = "swarm.scenario.shipped:shipped"
+Known = dict[tuple[str, str], str]  # by command and argument: where the words are, or the function that returns them
 
 WORDS: Final[Known] = {  # what it may be, or often is
-    **{(command, "pace"): lambda: PACES for command in ("run", "box", "world")},
-    **{(command, "dashboard"): _dashboards for command in ("run", "watch")},
-    ("setup", "scenario"): _scenarios,
-    ("schema", "message"): _messages,
-    ("drill", "row"): _faults,
-    ("storm", "profile"): _profiles,
+    **{(command, "pace"): "swarm.cli.parsing:PACES" for command in ("run", "box", "world")},
+    **{(command, "dashboard"): "dashboard.mode:ASKED" for command in ("run", "watch")},
+    ("setup", "scenario"): SCENARIOS,
+    ("schema", "message"): "swarm.messages.schema:kinds",
+    ("drill", "row"): "swarm.launch.drill.table:ROWS",
+    ("storm", "profile"): "world.storm.plans.profiles:PROFILES",
 }
 WORDS_OR_FILES: Final[Known] = {  # the same, or a file
-    **{(command, "scenario"): _scenarios for command in ("run", "box", "world")},
-    ("plan", "map"): _scenarios,
-    ("explain", "profile"): _controllers,
+    **{(command, "scenario"): SCENARIOS for command in ("run", "box", "world")},
+    ("plan", "map"): SCENARIOS,
+    ("explain", "profile"): "swarm.fuzzy:built_in_profiles",
 }
+
+
+def _words(where: str) -> list[str]:
+    """Return the words that are at a place, which is imported only now."""
+    found = resolve_name(where)
+    return list(found() if callable(found) else found)
 
 
 def completion(top: Parser, commands: "Commands[Parser]", options: argparse.Namespace) -> int:
@@ -71,10 +43,10 @@ def completion(top: Parser, commands: "Commands[Parser]", options: argparse.Name
     for name, parser in commands.choices.items():
         for action in parser._actions:
             told: Any = action  # shtab reads its `choices` and an attribute of its own
-            if (words := WORDS.get((name, action.dest))) is not None:
-                action.choices = list(words())
-            elif (words := WORDS_OR_FILES.get((name, action.dest))) is not None:
-                told.complete = _or_a_file(f"_swarm_files_{name}_{action.dest}", words())
+            if (where := WORDS.get((name, action.dest))) is not None:
+                action.choices = _words(where)
+            elif (where := WORDS_OR_FILES.get((name, action.dest))) is not None:
+                told.complete = _or_a_file(f"_swarm_files_{name}_{action.dest}", _words(where))
             elif name == "help" and action.dest == "about":
                 action.choices = list(commands.choices)
             elif action.type is Path:

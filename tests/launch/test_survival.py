@@ -1,7 +1,6 @@
 """Processes that are killed: the run goes on with nothing lost, in lockstep bit for bit; strangers change nothing."""
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -94,12 +93,8 @@ def crash_once(file: Path) -> int:
     return 0
 
 
-def crashing() -> Callable[..., int]:
-    return crash_once
-
-
 def test_a_process_that_crashes_is_treated_like_a_killed_one(tmp_path: Path) -> None:
-    role = WORLD._replace(load=crashing)
+    role = WORLD._replace(run=f"{__name__}:crash_once")
     ended: list[Ended] = []
     with Launched(tmp_path, print) as fleet:
         fleet.start(role, "world", {"file": tmp_path / "crashed"})

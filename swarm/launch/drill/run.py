@@ -12,7 +12,7 @@ from swarm.errors import ConfigError, SwarmError, nearest
 from swarm.launch.drill.floor import undisturbed
 from swarm.launch.drill.judge import Observed, broken, same_run
 from swarm.launch.drill.live import LiveFleet
-from swarm.launch.drill.table import LOCKSTEP, TABLE, Row
+from swarm.launch.drill.table import LOCKSTEP, ROWS, TABLE, Row
 
 
 @dataclass(frozen=True)
@@ -37,11 +37,10 @@ def chosen(names: Iterable[str]) -> list[Row]:
     Raises:
         ConfigError: there is no such row.
     """
-    rows = {row.name: row for row in TABLE}
     for name in (names := list(names)):
-        if name not in rows:
-            raise ConfigError(f"--row: expected a row of the drill, got {name!r}; {nearest(name, rows)}")
-    return [rows[name] for name in names] or list(TABLE)
+        if name not in ROWS:
+            raise ConfigError(f"--row: expected a row of the drill, got {name!r}; {nearest(name, ROWS)}")
+    return [ROWS[name] for name in names] or list(TABLE)
 
 
 def drilled(rows: Iterable[Row], repeat: int, keep: Path | None = None) -> Iterator[RowResult]:

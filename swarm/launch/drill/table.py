@@ -165,3 +165,4 @@ TABLE: Final = (
         environ=clock_of, lacks=lacks_faketime),
 )
 # fmt: on
+ROWS: Final = {row.name: row for row in TABLE}

@@ -6,10 +6,10 @@ import signal
 import sys
 import threading
 import traceback
-from collections.abc import Callable
 from contextlib import suppress
 from multiprocessing import connection, parent_process
 from pathlib import Path
+from pkgutil import resolve_name
 from time import sleep
 from typing import Any, Final
 
@@ -32,8 +32,8 @@ class Log(io.FileIO):
             return len(data)
 
 
-def main(load: Callable[[], Callable[..., int]], arguments: dict[str, Any], log: Path) -> None:
-    """Call the function of this process and end with the exit status that it returns."""
+def main(run: str, arguments: dict[str, Any], log: Path) -> None:
+    """Call the function of this process, ``module:function``, and end with the exit status that it returns."""
     leave_terminal_to_parent()
     name_process(log.stem)
     try:
@@ -48,7 +48,7 @@ def main(load: Callable[[], Callable[..., int]], arguments: dict[str, Any], log:
     die_with_parent()
     status = CRASHED
     try:
-        status = load()(**arguments)
+        status = resolve_name(run)(**arguments)
     except SwarmError as fault:
         print(fault, file=sys.stderr)
         status = 2

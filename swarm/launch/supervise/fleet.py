@@ -167,7 +167,7 @@ class Fleet:
         arguments = role.again(self._arguments[name], self.starts[name] + 1)
         child.status_of(self.log_of(name)).unlink(missing_ok=True)
         process = self._context.Process(
-            target=child.main, args=(role.load, dict(arguments), self.log_of(name)), name=name, daemon=False
+            target=child.main, args=(role.run, dict(arguments), self.log_of(name)), name=name, daemon=False
         )
         for left in (1, 0):  # a fork server that was killed just now is started again at the second attempt
             try:

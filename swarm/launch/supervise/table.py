@@ -23,7 +23,7 @@ class Role(NamedTuple):
     """A kind of process."""
 
     name: str
-    load: Callable[[], Callable[..., int]]  # imports and returns the function to run, which returns the exit status
+    run: str  # module:function that it runs, which returns the exit status
     on_success: EarlyEnd  # it ended with exit status 0
     on_failure: EarlyEnd  # it ended with another one
     on_kill: EarlyEnd  # a signal or a crash ended it
@@ -32,48 +32,6 @@ class Role(NamedTuple):
         arguments
     )  # those of start `number`
     grace: float = 5.0  # s between SIGTERM and SIGKILL
-
-
-def router() -> Callable[..., int]:
-    """`swarm.bus.router`."""
-    from swarm.bus.router import serve
-
-    return serve
-
-
-def proxy() -> Callable[..., int]:
-    """`swarm.launch.proxy`."""
-    from swarm.launch.proxy import serve
-
-    return serve
-
-
-def world() -> Callable[..., int]:
-    """`world.host.process`."""
-    from world.host.process import run
-
-    return run
-
-
-def robot() -> Callable[..., int]:
-    """`swarm.robot.host.process`."""
-    from swarm.robot.host.process import run
-
-    return run
-
-
-def dashboard() -> Callable[..., int]:
-    """`dashboard.process`."""
-    from dashboard.process import run
-
-    return run
-
-
-def box() -> Callable[..., int]:
-    """`dashboard.box.process`."""
-    from dashboard.box.process import run
-
-    return run
 
 
 def without_window(arguments: dict[str, Any], number: int) -> dict[str, Any]:
@@ -103,13 +61,16 @@ FINISH, RESTART, REPORT, LOSE, LEAVE = EarlyEnd
 REPORTS: Final = 20.0  # s in which a world that was told to end writes its report, also at a load of 10 for each core
 
 # fmt: off
-#                          name         load       on success  on failure  killed    too often
-ROUTER: Final    = Role("router",    router,    RESTART,    RESTART,    RESTART,  FINISH)
-PROXY: Final     = Role("proxy",     proxy,     RESTART,    RESTART,    RESTART,  FINISH)
-WORLD: Final     = Role("world",     world,     FINISH,     FINISH,     RESTART,  FINISH, grace=REPORTS)
-ROBOT: Final     = Role("robot",     robot,     LEAVE,      RESTART,    RESTART,  LOSE)
-DASHBOARD: Final = Role("dashboard", dashboard, LEAVE,      REPORT,     RESTART,  REPORT, again=to_another_file)
-BOX: Final       = Role("box",       box,       RESTART,    REPORT,     RESTART,  REPORT, again=without_window)
+#                          name         module:function                 on success  on failure  killed    too often
+ROUTER: Final    = Role("router",    "swarm.bus.router:serve",         RESTART,    RESTART,    RESTART,  FINISH)
+PROXY: Final     = Role("proxy",     "swarm.launch.proxy:serve",       RESTART,    RESTART,    RESTART,  FINISH)
+WORLD: Final     = Role("world",     "world.host.process:run",         FINISH,     FINISH,     RESTART,  FINISH,
+                        grace=REPORTS)
+ROBOT: Final     = Role("robot",     "swarm.robot.host.process:run",   LEAVE,      RESTART,    RESTART,  LOSE)
+DASHBOARD: Final = Role("dashboard", "dashboard.process:run",          LEAVE,      REPORT,     RESTART,  REPORT,
+                        again=to_another_file)
+BOX: Final       = Role("box",       "dashboard.box.process:run",      RESTART,    REPORT,     RESTART,  REPORT,
+                        again=without_window)
 # fmt: on
 
 CRASHED: Final = 70  # exit status of a process that ended with a traceback (EX_SOFTWARE of sysexits.h)

@@ -15,10 +15,9 @@ from swarm.launch.drill.faults import FAKETIME, lacks_faketime
 from swarm.launch.drill.floor import SCENARIO, undisturbed
 from swarm.launch.drill.judge import Observed
 from swarm.launch.drill.live import MARK, LiveFleet
-from swarm.launch.drill.table import LOCKSTEP, QUICK, TABLE, Row
+from swarm.launch.drill.table import LOCKSTEP, QUICK, ROWS, TABLE, Row
 from tests.shared import mostly_long
 
-ROWS = {row.name: row for row in TABLE}
 QUICKLY = (  # in make test; test-all has every row
     "robot-killed 4", "world-killed 4", "world-killed max", "router-killed 4", "garbage max", "report-full-disk 4",
 )  # fmt: skip
