@@ -1,14 +1,16 @@
 """Which fleet a command means: the one on this machine, or one on the router of --connect."""
 
 import argparse
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from swarm.cli.parsing import Parser, endpoint, secure
 from swarm.errors import ConfigError
 from swarm.messages.topic import below
+from swarm.secure.names import OPERATOR
 
 if TYPE_CHECKING:
     from swarm.bus import Bus, Endpoint
+    from swarm.messages import Message, Topic
 
 LOOK_EVERY: Final = 0.5  # s between two looks for a world
 
@@ -45,6 +47,20 @@ def fleet_bus(options: argparse.Namespace, member: str) -> "Bus":
     from swarm.bus import Bus
 
     return Bus(*place(options, member))
+
+
+def tell(options: argparse.Namespace, topic: "Topic[Any]", request: "Message", robot: str = "") -> int:
+    """Send an operator's request to the fleet that the options mean, print the answer, and return 0.
+
+    ``robot`` is the one that the topic's key names, "" if it names none.
+
+    Raises:
+        ConfigError: as ``fleet_bus``.
+        PeerError: the request is refused.
+    """
+    with fleet_bus(options, OPERATOR) as bus:
+        print(bus.ask(topic, request, robot=robot).text)
+    return 0
 
 
 def spelled(options: argparse.Namespace) -> argparse.Namespace:

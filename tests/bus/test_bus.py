@@ -9,7 +9,7 @@ import msgpack
 import pytest
 import zenoh
 
-from swarm.bus import Arrival, Bus, Endpoint, Link, Presence, Request, Tap, losses
+from swarm.bus import Arrival, Bus, Endpoint, Link, Presence, Request, Tap
 from swarm.bus import session as module
 from swarm.bus import tap as tap_module
 from swarm.bus.codec import encode
@@ -398,27 +398,6 @@ def test_rubbish_is_counted_and_skipped_and_the_next_message_comes(
     assert there.refused == {PLAN.key: 1}
     assert len(said) == 1
     assert said[0].startswith("dropped 1 bad message; the last one: ")
-
-
-def test_rubbish_is_logged_once_a_second_at_the_most_and_counted_in_full(
-    make_bus: MakeBus, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    said: list[str] = []
-    there, here = make_bus(said.append), make_bus()
-    there.listen(PLAN)
-    settle(here, there)
-    now = 1000.0
-    monkeypatch.setattr(losses, "monotonic", lambda: now)
-    for _ in range(100):
-        here.send(PLAN, plan("r1"), robot="r2")
-    here.send(PLAN, plan("r2"), robot="r2")
-    assert next_message(there) == plan("r2")
-    assert there.refused[PLAN.key] == 100
-    assert len(said) == 1, "one line, as no second has passed"
-    now += 1.5
-    assert there.receive(0.0) is None
-    assert len(said) == 2
-    assert said[1].startswith("dropped 99 bad messages; the last one: ")
 
 
 def test_an_inbox_nobody_empties_is_bounded(make_bus: MakeBus, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -7,7 +7,7 @@ first and the third stop they go by a joint plan. It is a function of the tick; 
 import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass
-from math import atan2, cos, hypot, inf, radians, sin
+from math import atan2, hypot
 from typing import Any, Final
 
 from swarm.fuzzy import load_profile
@@ -245,10 +245,9 @@ class Rehearsal:
             later = self.at(number, tick + 1)
             turn = wrap(later.yaw - now.yaw) * 0.2 * RATE if now.moving else 0.0
             speed = SPEED if now.moving else 0.0
-            left, front, right = (self._sees(now, side) for side in (radians(60), 0.0, radians(-60)))
             body = Body(
                 robot=name, x=now.x, y=now.y, yaw=wrap(now.yaw), left_v=max(-2.0, min(2.0, speed - turn)),
-                right_v=max(-2.0, min(2.0, speed + turn)), left=left, front=front, right=right, heading=0.0,
+                right_v=max(-2.0, min(2.0, speed + turn)), left=1.6, front=min(1.6, now.distance), right=1.6, heading=0.0,
                 steering=Steering.TABLES if now.moving else Steering.BRAKED, activity=now.activity,
                 held=list(self._held(number, now)),
                 waits=[self.names[number - 1]] if number and now.activity is Activity.GIVE_WAY else [],
@@ -285,17 +284,6 @@ class Rehearsal:
         leg = self._legs[number][now.target]
         driven = length(leg) - now.distance
         return [along(leg, driven + 0.25 * step) for step in range(12)]
-
-    def _sees(self, now: At, side: float) -> float:
-        floor, nearest = self.scenario.map, inf
-        for ray in (-0.4, -0.2, 0.0, 0.2, 0.4):
-            angle = now.yaw + side + ray
-            for step in range(33):
-                reach = 0.05 * step
-                if floor.at(now.x + (0.2 + reach) * cos(angle), now.y + (0.2 + reach) * sin(angle)):
-                    nearest = min(nearest, reach)
-                    break
-        return min(1.6, nearest)
 
 
 def length(points: list[Point]) -> float:

@@ -16,7 +16,7 @@ from swarm.bus import Bus, Endpoint
 from swarm.cli import main
 from swarm.messages import ACTION, EVENT, ROBOT_ACTION, SENSE, Action, Do, RobotAction, RobotDo, Sense
 from tests.launch.actors import FAREWELL, LONGEST, SMALL, Command, Fleet, await_event, await_message, await_presence
-from tests.shared import PAPER, ROOT
+from tests.shared import ROOT
 
 EXAMPLES: Final = sorted((ROOT / "examples").glob("*.py"))
 
@@ -209,34 +209,6 @@ def test_our_robots_complete_a_mission_in_a_world_of_another_make(endpoint: Endp
     apart, off = map(float, re.findall(r"(-?[\d.]+) m", text.splitlines()[-1]))
     assert apart > 0.0, text
     assert off > 0.0, text
-
-
-@pytest.mark.long("a whole mission, each process started by hand")
-@pytest.mark.processes
-def test_a_body_outside_completes_the_papers_mission_among_two_of_the_worlds_own(
-    endpoint: Endpoint, tmp_runtime: Path
-) -> None:
-    report, wire = tmp_runtime / "report.json", ("--connect", str(endpoint), "--fleet", "outside")
-    arguments = (str(PAPER), "--robots", "3", "--pace", "max", "--report", str(report), "--body", "r2")
-    with (
-        Command("world", *arguments, *wire, runtime=tmp_runtime) as world,
-        Bus(endpoint, "outside") as bus,
-    ):
-        bus.watch_presence()
-        await_presence(bus, "world", True)
-        with started_at(endpoint, "outside", "foreign_body.py", "r2") as body:
-            read_to(body, "stands at")
-            with Command("robot", "--count", "3", *wire, runtime=tmp_runtime):
-                assert world.end() == 0, world.text
-            text, _ = body.communicate(timeout=FAREWELL)
-            assert body.returncode == 0, text
-        assert "body" not in world.text.replace("the body of", ""), "it was never silent and never jumped"
-    summary = json.loads(report.read_text())
-    assert summary["complete"]
-    assert sum(summary["contacts"].values()) == 0
-    assert summary["not_reproducible"] == ["the body of r2 is outside, and nobody knows what it does"]
-    assert not summary["reproducible"]
-    assert summary["per_robot"]["r2"]["path_length"] > 5.0
 
 
 @pytest.mark.processes

@@ -7,7 +7,7 @@ from uuid import uuid4
 
 import msgspec
 
-from swarm.cli.finding import fleet_bus, of_a_client
+from swarm.cli.finding import fleet_bus, of_a_client, tell
 from swarm.cli.parsing import Commands, Parser, point
 from swarm.errors import ConfigError
 from swarm.secure.names import OPERATOR
@@ -26,9 +26,7 @@ def button(options: argparse.Namespace) -> int:
     """Press one of the paper's buttons."""
     from swarm.messages import ACTION, Action, Do
 
-    with fleet_bus(options, OPERATOR) as bus:
-        print(bus.ask(ACTION, Action(do=Do(options.button))).text)
-    return 0
+    return tell(options, ACTION, Action(do=Do(options.button)))
 
 
 def edit(options: argparse.Namespace) -> int:
@@ -36,9 +34,7 @@ def edit(options: argparse.Namespace) -> int:
     from swarm.messages import EDIT, Edit, Kind
 
     asked = Edit(kind=Kind(options.kind), low=options.low, high=options.high, dry_run=options.dry_run)
-    with fleet_bus(options, OPERATOR) as bus:
-        print(bus.ask(EDIT, asked).text)
-    return 0
+    return tell(options, EDIT, asked)
 
 
 def add_robots(options: argparse.Namespace) -> int:
@@ -50,9 +46,7 @@ def add_robots(options: argparse.Namespace) -> int:
         raise ConfigError(f"add-robots: expected 1 robot or more, and one for each --at, got {options.count}{many}")
     starts = [(x, y, 0.0) for x, y in options.at]
     asked = _converted({"id": options.id or uuid4().hex, "count": options.count, "at": starts}, Places, "add-robots")
-    with fleet_bus(options, OPERATOR) as bus:
-        print(bus.ask(PLACES, asked).text)
-    return 0
+    return tell(options, PLACES, asked)
 
 
 def setup(options: argparse.Namespace) -> int:

@@ -3,7 +3,7 @@
 import argparse
 from uuid import uuid4
 
-from swarm.cli.finding import fleet_bus, of_a_client
+from swarm.cli.finding import fleet_bus, of_a_client, tell
 from swarm.cli.parsing import Commands, Parser, point
 from swarm.cli.steer.control import button
 from swarm.secure.names import OPERATOR
@@ -35,19 +35,14 @@ def pool(options: argparse.Namespace) -> int:
     """Put targets into the pool: any robot that is free visits them."""
     from swarm.messages import POOL, PoolTargets
 
-    request = PoolTargets(id=options.id or uuid4().hex, targets=options.targets)
-    with fleet_bus(options, OPERATOR) as bus:
-        print(bus.ask(POOL, request).text)
-    return 0
+    return tell(options, POOL, PoolTargets(id=options.id or uuid4().hex, targets=options.targets))
 
 
 def act(options: argparse.Namespace) -> int:
     """Carry out an action for one robot."""
     from swarm.messages import ROBOT_ACTION, RobotAction, RobotDo
 
-    with fleet_bus(options, OPERATOR) as bus:
-        print(bus.ask(ROBOT_ACTION, RobotAction(do=RobotDo(options.action)), robot=options.robot).text)
-    return 0
+    return tell(options, ROBOT_ACTION, RobotAction(do=RobotDo(options.action)), robot=options.robot)
 
 
 def stop(options: argparse.Namespace) -> int:

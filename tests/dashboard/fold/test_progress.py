@@ -34,21 +34,6 @@ def test_a_restart_clears_everything_but_who_is_there(new: Message) -> None:
     assert after.tokens == {"a": frozenset({"session"})}
 
 
-def test_a_late_message_adds_the_stops_it_knows_and_nothing_else() -> None:
-    robot = folded(
-        clock(),
-        broadcast(20, target=2, reached=[True, True, False], distance=1.0),
-        broadcast(10, target=1, reached=[True, False, False], distance=9.0, activity=Activity.BLOCKED),
-    ).robot("a")
-    assert robot.reached_at == (10, 20, None)
-    assert (robot.target, robot.distance, robot.activity, robot.tick) == (2, 1.0, Activity.DRIVE, 20)
-
-
-def test_a_stop_once_reached_stays_so() -> None:
-    robot = folded(clock(), state(10, reached=[True, False, False]), state(11, reached=[False] * 3)).robot("a")
-    assert robot.reached_at == (10, None, None)
-
-
 def test_waiting_is_counted_from_the_tick_it_began() -> None:
     progress = folded(
         clock(),
