@@ -9,7 +9,7 @@ from shutil import rmtree
 from typing import Final
 
 from swarm.installed import without_rerun
-from swarm.launch.drill.floor import AT_DOOR, DOOR, ROBOTS
+from swarm.launch.drill.floor import AT_DOOR, DOOR
 from swarm.launch.drill.live import LiveFleet
 
 Fault = Callable[[LiveFleet], None]
@@ -121,14 +121,9 @@ def nothing(live: LiveFleet) -> None:
     """Do nothing: the fault is in how the fleet was started."""
 
 
-def second_of_a_name(live: LiveFleet) -> None:
-    """Start another robot of the name r1."""
-    live.beside("robot", "--id", "r1")
-
-
-def second_world(live: LiveFleet) -> None:
-    """Start another world in the same fleet."""
-    live.beside("world", str(live.scenario), "--robots", str(ROBOTS), "--pace", "4")
+def beside(*arguments: str) -> Fault:
+    """Return the fault that starts another `swarm` command in the same fleet; SCENARIO stands for the fleet's own."""
+    return lambda live: live.beside(*(str(live.scenario) if word == "SCENARIO" else word for word in arguments))
 
 
 def _offset(folder: Path) -> Path:

@@ -35,6 +35,7 @@ from swarm.messages import (
 )
 from swarm.scenario.starts import names
 
+Make = Callable[[Truth], Iterable[tuple[str, Message]]]  # key and message, from the newest truth
 STOPS: Final = 2  # of each robot
 TICKS: Final = 40  # for which a forged message is sent
 AHEAD: Final = 1_000_000  # ticks
@@ -58,7 +59,7 @@ KEYS: Final = (
 )  # fmt: skip
 
 
-def again(make: Callable[[Truth], Iterable[tuple[str, Message]]], then: Fault | None = None) -> Fault:
+def again(make: Make, then: Fault | None = None) -> Fault:
     """Return the fault that sends messages made from the newest truth for TICKS ticks, and does something ``then``."""
 
     def inject(live: LiveFleet) -> None:
@@ -75,24 +76,18 @@ def again(make: Callable[[Truth], Iterable[tuple[str, Message]]], then: Fault | 
     return inject
 
 
-def command(truth: Truth, **fields: object) -> Command:
-    """Return the command of a robot that stands."""
-    plain = {
+def commands(*robots: str, **fields: object) -> Make:
+    """Return what makes a command of each of some robots; apart from the ``fields`` it is that of one that stands."""
+    stands = {
         "left": 0.0, "right": 0.0, "heading": 0.0, "activity": Activity.DRIVE, "reached": [False] * STOPS,
         "unreachable": [], "sent": False, "replans": 0,
     }  # fmt: skip
-    return Command(run=truth.run, tick=truth.tick, **(plain | fields))  # type: ignore[arg-type]
 
+    def make(truth: Truth) -> Iterable[tuple[str, Message]]:
+        for name in robots:
+            yield f"robot/{name}/cmd", Command(run=truth.run, tick=truth.tick, **(stands | fields))  # type: ignore[arg-type]
 
-def unsolvable(truth: Truth) -> Iterable[tuple[str, Message]]:
-    """r1 says that the mission has no solution."""
-    yield "robot/r1/cmd", command(truth, notes=[("unsolvable", "no way out")])
-
-
-def all_done(truth: Truth) -> Iterable[tuple[str, Message]]:
-    """Everybody says to be done."""
-    for name in names(ROBOTS):
-        yield f"robot/{name}/cmd", command(truth, activity=Activity.DONE, reached=[True] * STOPS)
+    return make
 
 
 def another_run(truth: Truth) -> Iterable[tuple[str, Message]]:
@@ -116,12 +111,6 @@ def all_reached(truth: Truth) -> Iterable[tuple[str, Message]]:
             unreachable=[], distance=0.0, replans=0,
         ),
     )  # fmt: skip
-
-
-def full_speed(truth: Truth) -> Iterable[tuple[str, Message]]:
-    """Everybody is told to drive straight on as fast as it can."""
-    for name in names(ROBOTS):
-        yield f"robot/{name}/cmd", command(truth, left=SPEED, right=SPEED)
 
 
 def far_ahead(live: LiveFleet) -> None:

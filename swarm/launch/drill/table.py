@@ -8,6 +8,7 @@ from swarm.launch.drill.faults import (
     GAP,
     SHORT,
     Fault,
+    beside,
     clock_of,
     freeze,
     hang_up,
@@ -19,30 +20,28 @@ from swarm.launch.drill.faults import (
     lacks_rerun,
     nothing,
     remove_folder,
-    second_of_a_name,
-    second_world,
     shift_clock,
     spoil_snapshot,
 )
 from swarm.launch.drill.floor import LOSSY, ROBOTS, SCENARIO
 from swarm.launch.drill.forgeries import (
     EDITS,
+    SPEED,
+    STOPS,
     again,
-    all_done,
     all_reached,
     another_run,
+    commands,
     edits,
     everywhere,
     false_host,
     false_joins,
     false_leaves,
     far_ahead,
-    full_speed,
     garbage,
     old_and_false_words,
     over,
     pretend,
-    unsolvable,
 )
 from swarm.launch.drill.judge import (
     ALWAYS,
@@ -55,13 +54,14 @@ from swarm.launch.drill.judge import (
     said,
     same_run,
 )
-from swarm.messages import Kind
+from swarm.messages import Activity, Kind
 from swarm.scenario.starts import names
 
 QUICK: Final = "4"  # times real time
 LOCKSTEP: Final = "max"
 LOCK: Final = (LOCKSTEP,)
 BOTH: Final = (QUICK, LOCKSTEP)
+ALL: Final = names(ROBOTS)
 TICK: Final = 120  # the robots have reached their first stops, and two of them are on their way to the door
 
 
@@ -119,7 +119,7 @@ TABLE: Final = (
         options=RECORD, lacks=lacks_rerun),
     Row("server-frozen",    "SIGSTOP of the fork server for 5 s",               freeze("fork server"),
         paces=LOCK, laws=SAME),
-    Row("late-and-lossy",   "30 % of broadcasts lost, robots held up by 0.2 s", hold_up(*names(ROBOTS), gap=GAP),
+    Row("late-and-lossy",   "30 % of broadcasts lost, robots held up by 0.2 s", hold_up(*ALL, gap=GAP),
         tick=1, scenario=LOSSY),
     Row("slow-robot",       "a robot held up by 0.2 s most of the time",        hold_up("r1", gap=SHORT),
         tick=1, laws=APART),
@@ -129,25 +129,29 @@ TABLE: Final = (
         tick=1, laws=APART, paces=("1",), options=("--delay", "60")),
     Row("uneven-network",   "30 ms, give or take 20, each way",                 nothing,
         tick=1, laws=APART, paces=("1",), options=("--delay", "30,20")),
-    Row("twin",             "two robots of one name",                           second_of_a_name,
+    Row("twin",             "two robots of one name",                           beside("robot", "--id", "r1"),
         laws=(*WHOLE, said), paces=("1",), tick=1, expected=("is here already",)),  # it takes seconds to start
-    Row("second-world",     "a second world in the fleet",                      second_world, tick=1),
+    Row("second-world",     "a second world in the fleet",
+        beside("world", "SCENARIO", "--robots", str(ROBOTS), "--pace", QUICK), tick=1),
     # --- forged messages ---
     Row("on-all-keys",      "one message put on all keys at once",              everywhere, paces=LOCK, laws=SAME),
-    Row("unsolvable",       "a command of r1: no solution",                     again(unsolvable)),
+    Row("unsolvable",       "a command of r1: no solution",
+        again(commands("r1", notes=[("unsolvable", "no way out")]))),
     Row("another-run",      "a sense to r1 of another run",                     again(another_run)),
     Row("all-reached",      "a state of r3 with all stops, then r3 killed",
         again(all_reached, kill("r3"))),
     Row("false-twin",       "a token of r2 by nobody, then r2 killed",          pretend("robot/r2/x", "r2")),
     Row("false-world",      "a token of a world by nobody, then r1 killed",     pretend("world/world/x", "r1")),
     Row("false-host",       "a stranger answers joins, then r1 killed",         false_host),
-    Row("all-done",         "commands of all: done",                            again(all_done)),
+    Row("all-done",         "commands of all: done",
+        again(commands(*ALL, activity=Activity.DONE, reached=[True] * STOPS))),
     Row("clock-over",       "a clock that says over",                           again(over)),
     Row("old-words",        "old broadcasts again, false ones of r2",           old_and_false_words),
     Row("empty-edits",      "200 edits that change nothing",                    edits((Kind.FREE,), 200)),
     Row("edit-flood",       "edits at 190/s for 5 s",                           edits(FLOOD, 5 * EDITS)),
     Row("garbage",          "1,000 garbage messages a second on all keys",      garbage, paces=LOCK, laws=SAME, tick=1),
-    Row("full-speed",       "commands of all: full speed",                      again(full_speed)),
+    Row("full-speed",       "commands of all: full speed",
+        again(commands(*ALL, left=SPEED, right=SPEED))),
     Row("far-ahead",        "a sense to r1 from the far future",                far_ahead),
     Row("false-leaves",     "everybody is said to leave",                       false_leaves),
     Row("false-joins",      "joins as r1 by nobody, without end, and r1 killed", false_joins),
