@@ -41,7 +41,6 @@ SAID: Final = {  # command: the sentence, without "swarm: "
     "echo":                               "echo: the following arguments are required: KEY; see swarm echo --help",
     "hz robot/r1/sense --seconds x":      "--seconds: expected 0.1 to 1e6 s, got 'x'",
     "run papr":                           "papr: expected a scenario file, found none; did you mean 'paper'?",
-    "run paper --robots-per-process 0":   "--robots-per-process: expected at least 1 robot, got 0",
     "robot --count -1":                   "--count: expected at least 1 robot, got -1",
     "robot --id r1 --count 2":            "--id: expected no name with --count 2, got 'r1'; leave one of them out",
     "run paper --pace fast":              "--pace: expected realtime, max or a factor from 0.001 to 1000, got 'fast'",

@@ -1,6 +1,7 @@
 """Every way in which a scenario can be wrong: one sentence, exit status 2, no traceback, no process started."""
 
 from collections.abc import Callable
+from multiprocessing import forkserver
 from pathlib import Path
 from typing import Any
 
@@ -8,6 +9,7 @@ import pytest
 import yaml
 
 from swarm.errors import ConfigError
+from swarm.launch.supervise import fleet
 from swarm.scenario.load import load
 from tests.cli.saying import refused
 from tests.launch.actors import SMALL
@@ -209,8 +211,12 @@ def test_a_file_of_megabytes_is_not_read(tmp_runtime: Path, capsys: pytest.Captu
 
 # fmt: off
 FLAGS = {
+    "no robot a process":  (["--robots-per-process", "0"], "--robots-per-process: expected at least 1 robot, got 0"),
+    "too many robots":     (["--robots", "1001"], "--robots: expected 1 to 1000, got 1001"),
+    "a negative seed":     (["--seed", "-1"], "--seed: expected 0 to 2**53, got -1"),
     "no robots":           (["--robots", "0"], "--robots: expected 1 to 1000, got 0"),
     "robots in words":     (["--robots", "two"], "argument --robots: invalid int value: 'two'; see swarm run --help"),
+    "no time":             (["--limit", "0"], "--limit: expected seconds above 0"),
     "not a time":          (["--limit", "nan"], "--limit: expected seconds above 0"),
     "no pace":             (["--pace", "fast"], "--pace: expected realtime, max or a factor from 0.001 to 1000, got 'fast'"),
     "a pace of nothing":   (["--pace", "0"], "--pace: expected realtime, max or a factor"),
@@ -222,18 +228,35 @@ FLAGS = {
     "an odd dashboard":    (["--dashboard", "paper"], "dashboard: expected one of auto, viewer, web, box, off, got 'paper'"),
     "a report nowhere":    (["--report", "/nowhere/at/all.json"], "--report /nowhere/at/all.json: expected a folder that can be written"),
     "a report in a folder": (["--report", "/"], "--report /: expected a file's name, got a folder"),
-    "an unknown flag":     (["--robots", "2", "--colour", "red"], "unrecognized arguments: --colour red"),
+    "an unknown flag":     (["--serve", "--colour", "red"], "unrecognized arguments: --colour red"),
 }
 # fmt: on
 
 
+EARLY = ("--robots", "--robots-per-process", "--seed", "--limit", "--pace", "--port")  # refused before anything is read
+
+
+def unwanted(*_: object, **__: object) -> None:
+    raise AssertionError("a process was started")
+
+
 @pytest.mark.parametrize("name", FLAGS)
-def test_a_bad_flag_is_refused(name: str, tmp_runtime: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_bad_flag_is_refused(
+    name: str, tmp_runtime: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     arguments, sentence = FLAGS[name]
     path = tmp_runtime / "small.yaml"
     path.write_text(SMALL)
+    if arguments[0] in EARLY:
+        monkeypatch.setattr(fleet, "warm_up", unwanted)
     defaults = [] if "--dashboard" in arguments else ["--dashboard", "off"]
     assert sentence in refused(capsys, "run", str(path), *defaults, *arguments)
+
+
+def test_the_fork_server_is_ended_if_the_scenario_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    """It would import for seconds more on a busy machine, and keep whoever reads the output waiting."""
+    assert "found 25" in refused(capsys, "run", "paper", "--robots", "99", "--dashboard", "off")
+    assert forkserver._forkserver._forkserver_pid is None  # type: ignore[attr-defined]
 
 
 def test_a_fleet_name_cannot_empty_a_folder_that_is_not_ours(tmp_runtime: Path) -> None:
