@@ -6,14 +6,14 @@ from typing import Final
 
 from swarm.cli import completion
 from swarm.cli.look import echo, hz, logs, ls, status, topics, watch
-from swarm.cli.offline import analyze, drill, schema, storm, tools
+from swarm.cli.offline import analyze, drill, storm, tools
 from swarm.cli.parsing import Commands, Parser, Version, joined
 from swarm.cli.start import fleet, keys
 from swarm.cli.steer import control, orders
 from swarm.errors import ConfigError, similar
 
 ROOMS: Final = (
-    fleet, keys, control, orders, status, ls, logs, topics, echo, hz, watch, analyze, drill, storm, schema, tools,
+    fleet, keys, control, orders, status, ls, logs, topics, echo, hz, watch, analyze, drill, storm, tools,
 )  # fmt: skip
 GROUPS: Final[dict[str, tuple[str, ...]]] = {  # heading: the commands under it in `swarm --help`; each has one place
     "launch a fleet": ("run", "box", "keys", "router", "world", "robot"),

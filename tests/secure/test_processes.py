@@ -254,29 +254,19 @@ def token(session: zenoh.Session, key: str) -> None:
 
 
 # fmt: off
-FORGED: list[tuple[str, Act, str]] = [
+FORGED: list[tuple[str, Act, str]] = [  # each way to forge once; test_access.py has more keys
     ("r1",       put,          "robot/r2/cmd"),
     ("r1",       put_declared, "robot/r2/state"),
     ("r1",       put,          "radio/3/4/r2"),
-    ("r1",       put,          "robot/r2/sense"),
-    ("r1",       put,          "robot/r1/sense"),
-    ("r1",       put,          "world/truth"),
     ("r1",       put,          "world/clock"),
-    ("r1",       put,          "robot/*/cmd"),
-    ("r1",       put,          "radio/*/*/*"),
     ("r1",       put,          "robot/r1/state$*"),
     ("r1",       put,          "**"),
     ("r1",       delete,       "robot/r2/state"),
     ("r1",       ask,          "world/edit"),
-    ("r1",       ask,          "world/action"),
     ("r1",       token,        "alive/robot/r2/ab12"),
     ("r1",       token,        "alive/world/world/ab12"),
     ("watcher",  ask,          "world/action"),
-    ("watcher",  ask,          "world/edit"),
-    ("watcher",  ask,          "world/join"),
-    ("watcher",  put,          "world/event"),
     ("operator", put,          "robot/r1/cmd"),
-    ("world",    put,          "robot/r1/cmd"),
 ]
 # fmt: on
 

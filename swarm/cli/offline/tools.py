@@ -1,4 +1,4 @@
-"""Commands that need no fleet: explain the fuzzy controller, plan a path, run the benchmarks of a checkout."""
+"""Commands that need no fleet: explain the controller, plan a path, print schemas, run the benchmarks of a checkout."""
 
 import argparse
 import json
@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Final
 
 from swarm.cli.parsing import Commands, Parser, point
-from swarm.errors import ConfigError
+from swarm.errors import ConfigError, nearest
 from swarm.maps.occupancy import OccupancyMap
 
 CHECKOUT: Final = Path(__file__).parents[3]  # the folder of the package: in a checkout, the benchmarks are there too
@@ -45,6 +45,24 @@ def plan(options: argparse.Namespace) -> int:
     answer = solve_one(_map(options.map), options.start, options.goal, radius=options.radius)
     print(json.dumps(answer.numbers) if options.json else answer.drawing)
     return 0 if answer.numbers["found"] else 1
+
+
+def schema(options: argparse.Namespace) -> int:
+    """Print the JSON Schema of a message, or the names of all messages with their first lines."""
+    from swarm.messages.schema import kinds, schema_of
+
+    known = kinds()
+    if options.message is None:
+        widest = max(map(len, known))
+        for name, kind in known.items():
+            print(f"{name:<{widest}}  {(kind.__doc__ or '').splitlines()[0]}")
+        return 0
+    if options.message not in known:
+        raise ConfigError(
+            f"schema: expected the name of a message, got {options.message!r}; {nearest(options.message, known)}"
+        )
+    print(schema_of(known[options.message]), end="")
+    return 0
 
 
 def bench(options: argparse.Namespace) -> int:
@@ -100,6 +118,10 @@ def add(commands: "Commands[Parser]") -> None:
     one.add_argument("--scen", type=Path, metavar="FILE.scen", help="benchmark; lengths in cells, no corner cutting")
     one.add_argument("--json", action="store_true")
     one.set_defaults(command=plan)
+
+    one = commands.add_parser("schema", help="print the JSON Schema of a message of the wire, or list them")
+    one.add_argument("message", nargs="?", metavar="MESSAGE", help="such as Sense; by default all names are listed")
+    one.set_defaults(command=schema)
 
     one = commands.add_parser("bench", help="run the benchmarks of a checkout")
     one.add_argument("--write", action="store_true", help="write docs/benchmarks.md")
