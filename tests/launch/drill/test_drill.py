@@ -39,6 +39,7 @@ def test_what_a_machine_lacks_is_said(monkeypatch: pytest.MonkeyPatch, capsys: p
 
 
 @pytest.mark.processes
+@pytest.mark.costs("a whole mission with a fault")
 @pytest.mark.parametrize(
     "name",
     mostly_long(
