@@ -203,12 +203,6 @@ def test_bytes_are_no_scenario(tmp_runtime: Path, capsys: pytest.CaptureFixture[
     assert "bytes.yaml: expected text (UTF-8)" in refused(capsys, "run", str(path))
 
 
-def test_a_file_of_megabytes_is_not_read(tmp_runtime: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    path = tmp_runtime / "large.yaml"
-    path.write_bytes(b"#" * 4_000_001)
-    assert "expected at most 4000000 bytes" in refused(capsys, "run", str(path))
-
-
 # fmt: off
 FLAGS = {
     "no robot a process":  (["--robots-per-process", "0"], "--robots-per-process: expected at least 1 robot, got 0"),
