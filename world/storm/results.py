@@ -4,6 +4,7 @@ from traceback import format_exc
 from typing import Any, Final, NamedTuple
 
 from msgspec import Struct
+from msgspec.structs import asdict, replace
 
 from world.storm.history.history import History, record
 from world.storm.history.seen import dead_of
@@ -54,8 +55,7 @@ class RunResult(Struct, frozen=True, kw_only=True):
 
     def to_builtins(self) -> dict[str, Any]:
         """Return the fields as JSON takes them, each violation an object."""
-        fields = {name: getattr(self, name) for name in self.__struct_fields__}
-        return fields | {"violations": [violation._asdict() for violation in self.violations]}
+        return asdict(self) | {"violations": [violation._asdict() for violation in self.violations]}
 
 
 def perform(job: Job) -> RunResult:
@@ -108,13 +108,9 @@ def compared(result: RunResult, digest: str, how: str) -> RunResult:
         return result
     tick = 0  # a digest says that runs differ, not where
     breach = Violation(REPLAY, tick, (), f"{how} has the digest {digest[:12]}, not {result.digest[:12]}")
-    return _changed(result, violations=(*result.violations, breach))
+    return replace(result, violations=(*result.violations, breach))
 
 
 def lost(job: Job, why: str) -> RunResult:
     """Return the result of a job that gave no answer."""
     return RunResult(profile=job.profile, seed=job.seed, violations=(Violation(CRASH, 0, (), why),))
-
-
-def _changed(result: RunResult, **fields: Any) -> RunResult:  # noqa: ANN401, of several types
-    return RunResult(**{name: getattr(result, name) for name in result.__struct_fields__} | fields)

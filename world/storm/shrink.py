@@ -1,6 +1,6 @@
 """The shrinking of a plan that breaks a law: a greedy search, one kind of cut after the other."""
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from time import monotonic
 from typing import Final, NamedTuple
 
@@ -73,7 +73,8 @@ def shrink(
         done = True
         for cut in CUTS:
             while not stop():
-                found = first(_trials(simpler(plan, cut), law, min(limit, SLACK * time + MORE)))
+                end = min(limit, SLACK * time + MORE)
+                found = first(Trial(_limited(one, end), law) for one in simpler(plan, cut))
                 if found is None:
                     break
                 plan, time = _limited(found[0], limit), found[1]
@@ -87,10 +88,6 @@ def deadline(seconds: float = LONGEST) -> Callable[[], bool]:
     """Return a function that returns True once ``seconds`` of wall time have passed from now."""
     end = monotonic() + seconds
     return lambda: monotonic() > end
-
-
-def _trials(plans: Iterable[StormPlan], law: str, limit: float) -> Iterator[Trial]:
-    return (Trial(_limited(plan, limit), law) for plan in plans)
 
 
 def _limited(plan: StormPlan, limit: float) -> StormPlan:

@@ -4,6 +4,7 @@ import gc
 import multiprocessing
 import signal
 from collections.abc import Callable, Iterable, Iterator
+from itertools import islice
 from multiprocessing import connection
 from multiprocessing.connection import Connection
 from multiprocessing.context import ForkServerContext
@@ -50,7 +51,7 @@ def answers(
     crew: list[_Worker[J]] = []
     try:
         while not stop():
-            crew.extend(_started(context, work, job) for job in _take(waiting, workers - len(crew)))
+            crew.extend(_started(context, work, job) for job in islice(waiting, workers - len(crew)))
             if not crew:
                 return
             ready = connection.wait([worker.pipe for worker in crew], LOOK)
@@ -58,7 +59,7 @@ def answers(
                 if worker.pipe in ready:
                     crew.remove(worker)
                     answer: A | Lost = _answer(worker)
-                    following: list[J] = [] if isinstance(answer, Lost) else _take(waiting, 1)
+                    following: list[J] = [] if isinstance(answer, Lost) else list(islice(waiting, 1))
                     for job in following:
                         worker.pipe.send(job)
                         crew.append(worker._replace(job=job, since=monotonic()))
@@ -74,10 +75,6 @@ def answers(
     finally:
         for worker in crew:
             _end(worker)
-
-
-def _take(jobs: Iterator[J], most: int) -> list[J]:
-    return [job for _, job in zip(range(most), jobs, strict=False)]
 
 
 def _started(context: ForkServerContext, work: Callable[[J], A], job: J) -> _Worker[J]:

@@ -13,7 +13,6 @@ from swarm.messages import Broadcast, Command, Event, Sense
 from swarm.settings import Settings
 from world.bodies.shapes import Contact
 from world.faults import Health
-from world.measure.state import Fault
 from world.simulate import Simulation
 from world.storm.plans.plan import StormPlan
 from world.storm.uncooperative import make_mute
@@ -26,7 +25,6 @@ class Moment(NamedTuple):
 
     tick: int
     poses: tuple[Pose, ...]
-    movers: tuple[Pose, ...]
     health: Mapping[str, Health]
     senses: Mapping[str, Sense]
     commands: Mapping[str, Command]  # answered in this tick
@@ -48,7 +46,6 @@ class History:
     late: int = 0  # ticks by which answers come late at most
     moments: list[Moment] = field(default_factory=list)
     contacts: list[tuple[int, Contact, bool]] = field(default_factory=list)  # tick, contact, was it avoidable
-    faults: list[Fault] = field(default_factory=list)  # found by the world's own watch
     report: dict[str, Any] = field(default_factory=dict)
     crash: str = ""  # the traceback of an exception
     wall_time: float = 0.0  # s
@@ -77,25 +74,22 @@ def record(plan: StormPlan) -> History:
     limit = scenario.settings.limit
     try:
         while not world.finished and world.time < limit and not _hopeless(simulation):
-            poses, movers = tuple(world.poses()), tuple(world.mover_poses())
+            poses = tuple(world.poses())
             tick = simulation.step()
             history.moments.append(
                 Moment(
-                    world.tick - 1, poses, movers, tick.health, tick.senses, tick.commands, tick.spoken,
+                    world.tick - 1, poses, tick.health, tick.senses, tick.commands, tick.spoken,
                     tuple(tick.events), tuple(command.tick for command in world.tasks.commands),
                     frozenset(contact.robot for contact in world.bodies.physics.touching),
                 )
             )  # fmt: skip
             if world.bodies.floor is not history.floors[-1][1]:
                 history.floors.append((world.tick, world.bodies.floor))
-        poses = tuple(world.poses())
-        movers = tuple(world.mover_poses())
-        history.moments.append(Moment(world.tick, poses, movers, {}, {}, {}, {}, (), (), frozenset()))
+        history.moments.append(Moment(world.tick, tuple(world.poses()), {}, {}, {}, {}, (), (), frozenset()))
         history.report = simulation.report(perf_counter() - began, limit)
     except Exception:
         history.crash = format_exc()
     history.contacts = world.measures.recorder.counts.begun
-    history.faults = world.measures.reservations.watch.state.faults
     history.wall_time = perf_counter() - began
     return history
 

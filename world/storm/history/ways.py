@@ -91,7 +91,7 @@ class Ways:
                 for stop, at in enumerate(row["reached"])
                 if (at is None or at > time) and stop not in row["unreachable"]
             ]
-            stops.append([self._goals(cells, number, stop) for stop in left])
+            stops.append([self._standing(cells, history.stops[number][stop]) for stop in left])
         neighbours = _without(blocked, cells)
         for pair in combinations(range(len(starts)), 2):
             alone = can_all_arrive(neighbours, [starts[i] for i in pair], [stops[i] for i in pair])
@@ -134,11 +134,8 @@ class Ways:
             cell for start in under for cell, steps in enumerate(cells.distances(start, shut)) if steps < FAR
         )
 
-    def _goals(self, cells: CellMap, number: int, stop: int) -> frozenset[int]:
-        """List the cells in which a stop counts as reached."""
-        return self._standing(cells, self._history.stops[number][stop])
-
     def _standing(self, cells: CellMap, place: Point) -> frozenset[int]:
+        """List the cells in which a stop at a place [m] counts as reached."""
         cell = cells.cell_of(*place)
         return frozenset({cell} if cell != OUTSIDE and cells.stands[cell] else ())
 

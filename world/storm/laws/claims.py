@@ -10,9 +10,8 @@ from typing import Final
 from swarm.messages.traffic import Claim, Record, Sighting
 from swarm.traffic.lattice.placement import traffic_settings
 from world.faults import SILENT
-from world.storm.history.growth import AWAY, growth, has_new_process
 from world.storm.history.history import History, Moment
-from world.storm.history.seen import Found, claims_of
+from world.storm.history.seen import AWAY, Found, claims_of, growth, has_new_process
 from world.storm.history.told import Told
 
 LISTENS: Final = 1.0  # s after a robot begins or wakes in which it claims nothing

@@ -7,9 +7,8 @@ from typing import Final
 
 from swarm.traffic.lattice.cell_map import OUTSIDE
 from world.faults import SILENT, Health
-from world.storm.history.growth import growth
 from world.storm.history.history import History, Moment
-from world.storm.history.seen import Found, cells_at, claims_of, pushes, was_pushed
+from world.storm.history.seen import Found, cells_at, claims_of, growth, pushes, was_pushed
 from world.storm.history.told import Told
 
 NEAR: Final = 2.5  # cells; a robot this near to a cell must acknowledge a claim for it, if the claimant heard it lately

@@ -107,27 +107,19 @@ class StormPlan(Section, frozen=True, kw_only=True):
 
     def to_yaml(self) -> str:
         """Return the plan as the text of a file."""
-        return _dump(_without_defaults(self))
+        raw = _without_defaults(self)
+        return str(yaml.dump(raw, Dumper=_Dumper, sort_keys=False, default_flow_style=None, width=118))
 
 
-class _Text(str):
-    """A text that is written to YAML line by line."""
-
-    __slots__ = ()
+class _Dumper(yaml.SafeDumper):
+    """The writer of plans: a text of several lines, such as a map, is written line by line."""
 
 
-def _dump(raw: dict[str, Any]) -> str:
-    class Dumper(yaml.SafeDumper):
-        pass
+def _text(dumper: yaml.SafeDumper, text: str) -> yaml.ScalarNode:
+    return dumper.represent_scalar("tag:yaml.org,2002:str", text, style="|" if "\n" in text else None)
 
-    def block(dumper: yaml.SafeDumper, text: _Text) -> yaml.ScalarNode:
-        return dumper.represent_scalar("tag:yaml.org,2002:str", str(text), style="|")
 
-    Dumper.add_representer(_Text, block)
-    drawn = raw.get("scenario", {}).get("map", {})
-    if "text" in drawn:
-        drawn["text"] = _Text(drawn["text"])
-    return str(yaml.dump(raw, Dumper=Dumper, sort_keys=False, default_flow_style=None, width=118))
+_Dumper.add_representer(str, _text)
 
 
 def _without_defaults(section: Section) -> dict[str, Any]:
