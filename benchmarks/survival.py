@@ -21,8 +21,7 @@ from swarm.messages import Event, Liveness, Phase, Plan, Seen
 from swarm.scenario.load import load
 from world.fleet.publisher import EVENTS_KEPT
 from world.host.pace import Times
-from world.saving.saver import Saver
-from world.saving.snapshot import HostState
+from world.saving.snapshot_file import HostState, Saver
 from world.simulate import Simulation
 
 SIDE: Final = 44  # m, of the hall

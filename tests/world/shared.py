@@ -16,7 +16,7 @@ from tests.shared import scenario_of
 from world.host.answering import answer
 from world.host.run import Run
 from world.saving import snapshot_file
-from world.saving.snapshot import HostState, Snapshot
+from world.saving.snapshot_file import HostState, Snapshot
 from world.simulate import Simulation
 from world.tasks.tasks import REST
 from world.world import World

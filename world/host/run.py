@@ -23,9 +23,7 @@ from world.fleet.single_world import new_identity
 from world.host.last_messages import LastMessages
 from world.host.pace import Stopwatch, Times, Timetable
 from world.host.reproducible import Repeatable
-from world.saving.saver import Saver
-from world.saving.snapshot import HostState, Snapshot
-from world.saving.snapshot_file import newest
+from world.saving.snapshot_file import HostState, Saver, Snapshot, newest
 from world.tasks.places import Book
 from world.views.metrics import shortest_lengths
 from world.views.report import ROOM, listed, missing, report

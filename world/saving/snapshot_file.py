@@ -1,4 +1,7 @@
-"""The file of a snapshot: MessagePack behind a line with the format and a checksum; decoding it is strict."""
+"""The snapshot of a run, from which a world that was killed goes on bit for bit.
+
+Its file is MessagePack behind a line with the format and a checksum; decoding it is strict.
+"""
 
 import hashlib
 import os
@@ -10,17 +13,57 @@ from typing import Any, Final
 
 import msgspec
 import numpy as np
+from msgspec import Struct
 from msgspec.structs import replace
 
 from swarm.errors import ConfigError
+from swarm.maps.wire import pack
+from swarm.messages import Event, Id, PackedMap, Phase, Plan, Seen, State
 from swarm.scenario.load import Scenario
 from world.fleet.single_world import new_identity
-from world.saving.snapshot import Snapshot
+from world.tasks.places import Book
+from world.world import World, WorldState
 
 FORMAT: Final = b"zenoh-swarm snapshot "
 Noise = np.random.Generator
 HEAD: Final = FORMAT + b"6\n"  # the version of what follows
 CHECK: Final = 16  # bytes of the checksum
+
+
+class HostState(Struct, kw_only=True, forbid_unknown_fields=True):
+    """The state of a world's process beside the world."""
+
+    phase: Phase
+    held: bool
+    reason: str
+    lost: list[str]
+    wall_time: float  # s
+    present: list[str]  # robots
+    most_in_one: int
+    late: int
+    states: dict[str, State]
+    plans: dict[str, Plan]
+    events: list[Event]  # the last ones
+    seen: dict[str, Seen]
+    left: set[str]
+    tick_bins: list[int]
+    tick_longest: float  # s
+    not_reproducible: list[str]
+    pressed: dict[str, str]
+
+
+class Snapshot(Struct, kw_only=True, forbid_unknown_fields=True):
+    """All that a world's process needs to go on with a run."""
+
+    scenario: str  # hash of settings, profile and map at the start
+    robots: int  # of the scenario
+    places: Book  # of more robots
+    seed: int
+    identity: Id  # of the run's world
+    run: int
+    floor: PackedMap | None  # None: it is as in the scenario
+    state: WorldState
+    host: HostState
 
 
 def fingerprint(scenario: Scenario) -> str:
@@ -139,3 +182,40 @@ def read(path: Path, scenario: Scenario, robots: int, seed: int) -> Snapshot:
 def checksum(packed: bytes) -> bytes:
     """Return what the head of a file is followed by."""
     return hashlib.blake2b(packed, digest_size=CHECK).digest()
+
+
+class Saver:
+    """Writes snapshots of one world's process; a file that cannot be written is logged once and costs no run."""
+
+    def __init__(self, path: Path | None, scenario: Scenario, seed: int, log: Callable[[str], None]) -> None:
+        self._path, self._log = path, log
+        self._scenario = fingerprint(scenario) if path is not None else ""
+        self._seed = seed
+        self._floor: tuple[int, PackedMap] | None = None  # number of edits, map
+        self._failed = False
+
+    def save(self, world: World, host: Callable[[], HostState]) -> None:
+        """Write a snapshot between two ticks."""
+        if self._path is None:
+            return
+        if world.bodies.edits and (self._floor is None or self._floor[0] != world.bodies.edits):
+            self._floor = world.bodies.edits, pack(world.bodies.floor)
+        snapshot = Snapshot(
+            scenario=self._scenario,
+            robots=len(world.robots) - len(world.tasks.places.starts),
+            places=world.tasks.places,
+            seed=self._seed,
+            identity=world.identity,
+            run=world.run,
+            floor=self._floor[1] if self._floor is not None else None,
+            state=world.save(),
+            host=host(),
+        )
+        try:
+            write(snapshot, self._path)
+        except OSError as fault:
+            if not self._failed:
+                self._failed = True
+                self._log(f"snapshot {self._path}: cannot be written ({fault.strerror}); a killed world is lost")
+        else:
+            self._failed = False
