@@ -237,7 +237,7 @@ class Physics:
 
     def sees(self, a: Point, b: Point) -> bool:
         """Return True if nothing that stands still lies between two points [m]."""
-        return bool(rays.sees(*self._ground, *a, *b))
+        return self.sees_each(a, np.array([b], np.float64))[0]
 
     def sees_each(self, here: Point, places: Numbers) -> list[bool]:
         """Return ``sees`` from a point to each place, (n, 2) [m]."""

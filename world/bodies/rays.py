@@ -112,30 +112,6 @@ def cast_all(
     return found
 
 
-@njit("b1(u1[:, ::1], f8, f8, f8, f8, f8, f8, f8, f8)", cache=True)
-def sees(
-    solid: NDArray[np.uint8],
-    side: float,
-    origin_x: float,
-    origin_y: float,
-    origin_yaw: float,
-    ax: float,
-    ay: float,
-    bx: float,
-    by: float,
-) -> bool:
-    """Return True if no solid cell lies between two points [m]."""
-    whole = hypot(bx - ax, by - ay)
-    cos_o, sin_o = cos(origin_yaw), sin(origin_yaw)
-    u = (cos_o * (ax - origin_x) + sin_o * (ay - origin_y)) / side
-    v = (cos_o * (ay - origin_y) - sin_o * (ax - origin_x)) / side
-    if whole == 0.0:
-        return True
-    dx, dy = (bx - ax) / whole, (by - ay) / whole
-    free = first_solid(solid, u, v, cos_o * dx + sin_o * dy, cos_o * dy - sin_o * dx, whole / side, False)
-    return bool(free >= whole / side)
-
-
 @njit("b1[::1](u1[:, ::1], f8, f8, f8, f8, f8, f8, f8[:, ::1])", cache=True)
 def sees_each(
     solid: NDArray[np.uint8],
@@ -149,6 +125,16 @@ def sees_each(
 ) -> NDArray[np.bool_]:
     """Return for each place True if no solid cell lies between it and a point [m]."""
     found = np.empty(places.shape[0], np.bool_)
+    cos_o, sin_o = cos(origin_yaw), sin(origin_yaw)
+    u = (cos_o * (x - origin_x) + sin_o * (y - origin_y)) / side
+    v = (cos_o * (y - origin_y) - sin_o * (x - origin_x)) / side
     for k in range(places.shape[0]):
-        found[k] = sees(solid, side, origin_x, origin_y, origin_yaw, x, y, places[k, 0], places[k, 1])
+        dx, dy = places[k, 0] - x, places[k, 1] - y
+        whole = hypot(dx, dy)
+        if whole > 0.0:
+            dx, dy = dx / whole, dy / whole
+            along, across = cos_o * dx + sin_o * dy, cos_o * dy - sin_o * dx
+            found[k] = first_solid(solid, u, v, along, across, whole / side, False) >= whole / side
+        else:
+            found[k] = True
     return found

@@ -70,12 +70,8 @@ class Scene(NamedTuple):
             )[0]
         ]
 
-    def sees(self, a: Place, b: Place) -> bool:
-        """Ask it whether no wall is between."""
-        return bool(rays.sees(*self._floor(), *a, *b))
-
-    def sees_each(self, a: Place, places: Sequence[Place]) -> list[bool]:
-        """Ask it the same of many."""
+    def sees_each(self, a: Place, *places: Place) -> list[bool]:
+        """Ask it to which places no wall is between."""
         return [bool(one) for one in rays.sees_each(*self._floor(), *a, np.array(places))]
 
     def _floor(self) -> tuple[NDArray[np.uint8], float, float, float, float]:
@@ -195,9 +191,9 @@ def test_two_places_see_each_other_unless_pymunk_hits_a_wall_between(scene: Scen
         space_of(scene, wider, walls_only=True).segment_query_first((ax, ay), (bx, by), 0.0, EVERYTHING)
         for wider in (EDGE, -EDGE)
     )
-    seen = scene.sees((ax, ay), (bx, by))
+    seen, itself = scene.sees_each((ax, ay), (bx, by), (ax, ay))
     assert seen is (wide is None) or (wide is not None and narrow is None), "either way where the sight grazes a wall"
-    assert scene.sees_each((ax, ay), [(bx, by), (ax, ay)]) == [seen, True]
+    assert itself
 
 
 @many
@@ -284,5 +280,4 @@ def test_the_nearest_of_several_things_counts_and_the_own_disc_does_not() -> Non
 def test_a_place_sees_itself_and_nothing_behind_a_wall_wherever_the_floor_lies() -> None:
     scene = WALL._replace(origin=Pose(3.0, -1.0, 0.5))
     here, hidden = from_frame(scene.origin, 2.5, 2.5), from_frame(scene.origin, 7.5, 2.5)
-    assert scene.sees(here, here)
-    assert not scene.sees(here, hidden)
+    assert scene.sees_each(here, here, hidden) == [True, False]
