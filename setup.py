@@ -34,7 +34,6 @@ LEFT_OUT = {  # of HOT, and why
     "swarm/robot/host/process.py": "waits for messages; what it calls is compiled",
     "swarm/robot/host/seat.py": "part of the robot's process",
     "world/host/last_messages.py": "part of the world's process",
-    "world/host/controls.py": "part of the world's process",
     "world/fleet/membership.py": "part of the world's process",
     "world/measure/state.py": "a compiled class loses the options of msgspec's types",
     "world/tasks/orders.py": "a compiled class loses the options of msgspec's types",

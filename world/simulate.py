@@ -112,12 +112,19 @@ class Simulation:
 
     def open_places(self, request: Places) -> list[Event]:
         """Open places for more robots, and put robots there; return the events."""
-        world, edited = self.world, replace(self.scenario, map=self.world.bodies.floor)
-        events = world.open_places(request)[1]
-        for number in range(len(self.robots), len(world.robots)):
-            name, start = world.robots[number], world.starts[number]
-            self.robots.append(Robot(name, number, edited, start, None, self.controller, edits=world.bodies.edits))
+        events = self.world.open_places(request)[1]
+        self.robots += [self._new_robot(number) for number in range(len(self.robots), len(self.world.robots))]
         return events
+
+    def _edited(self) -> Scenario:
+        """Return the scenario with the floor as it is."""
+        return replace(self.scenario, map=self.world.bodies.floor)
+
+    def _new_robot(self, number: int) -> Robot:
+        """Return a robot whose process begins on the floor as it is."""
+        world = self.world
+        name, start, edits = world.robots[number], world.starts[number], world.bodies.edits
+        return Robot(name, number, self._edited(), start, None, self.controller, edits=edits)
 
     def _present(self, name: str, number: int, sense: Sense) -> Robot:
         """Return the robot of that name with all edits taken in; it is a new one if its process had ended."""
@@ -125,13 +132,12 @@ class Simulation:
         robot = self.robots[number]
         if name in self._away:
             self._away.discard(name)
-            edited = replace(self.scenario, map=world.bodies.floor)
-            robot = Robot(name, number, edited, world.starts[number], None, self.controller, edits=world.bodies.edits)
+            robot = self._new_robot(number)
             if name in self._states:
                 robot.resume(self._states[name], world.tasks.missions.orders.assigned(number))
             self.robots[number] = robot
         elif robot.missed(sense):
-            robot.take_map(replace(self.scenario, map=world.bodies.floor), world.bodies.edits)
+            robot.take_map(self._edited(), world.bodies.edits)
         return robot
 
     def run(
@@ -151,8 +157,7 @@ class Simulation:
 
     def report(self, wall_time: float, limit: float) -> dict[str, Any]:
         """Return the report of the run so far; ``limit`` [simulated s] is what ended it if it is not finished."""
-        world = self.world
-        edited = replace(self.scenario, map=world.bodies.floor)
+        world, edited = self.world, self._edited()
         return report(
             world, shortest_lengths(world, planning_grid(edited)), scenario=edited.settings.name, seed=self.seed,
             robots_per_process=len(self.robots), pace="max", wall_time=wall_time, late_commands=0, tick_wall=None,

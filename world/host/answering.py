@@ -17,6 +17,7 @@ from swarm.messages import (
     Leave,
     Message,
     Order,
+    Phase,
     Places,
     PoolTargets,
     RobotAction,
@@ -24,7 +25,6 @@ from swarm.messages import (
     Welcome,
 )
 from swarm.messages.naming import shortened
-from world.host.controls import already, pressed
 from world.host.run import Run
 from world.tasks.cutting import looked_ahead, told
 from world.tasks.standing import LOST
@@ -32,6 +32,17 @@ from world.views.report import listed
 from world.views.welcome import welcome
 
 NAMES: Final = 60  # characters for the robots that a run waits for
+# fmt: off
+# phase of the run -> {button that may be pressed: next phase}
+BUTTONS: Final = {
+    Phase.WAITING: {Do.GO: Phase.RUNNING, Do.RESTART: Phase.WAITING, Do.STOP: Phase.OVER},
+    Phase.RUNNING: {Do.PAUSE: Phase.PAUSED, Do.RESTART: Phase.RUNNING, Do.STOP: Phase.OVER},
+    Phase.PAUSED:  {Do.RESUME: Phase.RUNNING, Do.GO: Phase.RUNNING, Do.RESTART: Phase.PAUSED, Do.STOP: Phase.OVER},
+    Phase.OVER:    {},
+}
+# fmt: on
+# buttons whose phase has been reached: an answer may be lost, so pressing again is no error
+ALREADY: Final = {Phase.RUNNING: (Do.GO, Do.RESUME), Phase.PAUSED: (Do.PAUSE,), Phase.OVER: (Do.STOP,)}
 
 
 def answer(request: Request, run: Run, bus: Bus) -> None:
@@ -62,9 +73,9 @@ def _press(do: Do, name: str | None, run: Run) -> Accepted:
     """Carry out a button if it may be pressed in this phase; one that is in force already changes nothing."""
     if name is not None and (said := run.pressed.get(name)) is not None:
         return Accepted(text=said)
-    if already(run.phase, do):
+    if do in ALREADY.get(run.phase, ()):
         return Accepted(text=f"the run is {run.phase.value} already")
-    phase = pressed(run.phase, do, run.membership.absent)
+    phase = _phase_after(do, run.phase, run.membership.absent)
     text = f"the run is {phase.value}{', with all robots at their starts' if do is Do.RESTART else ''}"
     if name is not None:
         run.remember(name, text)
@@ -76,6 +87,21 @@ def _press(do: Do, name: str | None, run: Run) -> Accepted:
     else:
         run.go_to(phase)
     return Accepted(text=text)
+
+
+def _phase_after(do: Do, phase: Phase, absent: Sequence[str]) -> Phase:
+    """Return the phase that a button leads to in a phase; ``absent`` are the robots whose process is not present.
+
+    Raises:
+        PeerError: the button may not be pressed in this phase, or the run cannot begin yet.
+    """
+    then = BUTTONS[phase].get(do)
+    if then is None:
+        can = ", ".join(BUTTONS[phase]) or "nothing"
+        raise PeerError(f"the run is {phase.value}: expected one of ({can}), got {do.value}")
+    if do is Do.GO and absent:
+        raise PeerError(f"expected all robots to be present, {', '.join(absent)} missing; wait for them")
+    return then
 
 
 def _request(name: str, request: Order | RobotAction, run: Run) -> Accepted:

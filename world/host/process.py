@@ -142,15 +142,12 @@ class Host:
             self._run.end(f"no router can be reached any more: {fault}")
 
     def _serve_requests(self) -> None:
-        self._requests.serve(self._answer, closed=self._is_closed)
+        self._requests.serve(lambda request: answer(request, self._run, self._bus), closed=self._is_closed)
 
     def _is_closed(self, request: Request) -> bool:
         run = self._run
         is_there = run.world.is_at_next_stop
         return run.in_tick and waits_in_tick(request, lockstep=run.lockstep, is_there=is_there)
-
-    def _answer(self, request: Request) -> None:
-        answer(request, self._run, self._bus)
 
     def _tick(self, stop: Flag) -> None:
         """Run one tick: sense for all robots, wait for their commands or for the time to pass, move all."""

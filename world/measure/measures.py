@@ -9,9 +9,9 @@ from swarm.scenario.load import Scenario
 from swarm.traffic.lattice.cell_map import CellMap
 from world.bodies.bodies import Moved
 from world.bodies.said import Said
+from world.measure.cell_watch import TrafficWatch
 from world.measure.progress import ProgressWatch
 from world.measure.recorder import WAITING, Recorder
-from world.measure.reservation_check import TrafficWatch
 from world.measure.state import MeasuresState
 from world.measure.steering import SteeringWatch
 from world.measure.verdict import Verdict

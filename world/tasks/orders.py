@@ -228,10 +228,7 @@ class Orders:
     ) -> tuple[tuple[str, str], ...]:
         """Give a robot new stops; return the event that names those it had, if some of them are left."""
         row = self.rows[robot]
-        ended: Fate = "done" if now.done else fate
-        past = Past(
-            number=row.number, what=row.what, stops=row.stops, reached=list(now.reached), laps=now.laps, fate=ended
-        )
+        past = _past(row, now, fate)
         self.last += 1
         if not row.pooled:  # the pool has its own record: a run may have errands without end
             row.past.append(past)
@@ -266,11 +263,15 @@ class Orders:
     def history(self, robot: int, now: StopProgress) -> list[Past]:
         """Return all stops that a robot has had, in order; the last ones are those of now."""
         row = self.rows[robot]
-        present = Past(
-            number=row.number, what=row.what, stops=row.stops, reached=list(now.reached), laps=now.laps,
-            fate="done" if now.done else "open",
-        )  # fmt: skip
-        return [*row.past, present]
+        return [*row.past, _past(row, now, "open")]
+
+
+def _past(row: RobotOrder, now: StopProgress, fate: Fate) -> Past:
+    """Return a robot's stops as a record; their fate is another one if all of them were reached."""
+    return Past(
+        number=row.number, what=row.what, stops=row.stops, reached=list(now.reached), laps=now.laps,
+        fate="done" if now.done else fate,
+    )  # fmt: skip
 
 
 def _named(name: str, update: int) -> str:

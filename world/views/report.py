@@ -3,6 +3,9 @@
 from collections.abc import Sequence
 from typing import Any, Final
 
+from msgspec import to_builtins
+from msgspec.structs import asdict
+
 from world.tasks.orders import FATES
 from world.views.metrics import accounts, contacts
 from world.world import World
@@ -60,7 +63,7 @@ def report(
         "traffic": _traffic(world),
         **_pool(world),
         "per_robot": {
-            name: {**{field: getattr(account, field) for field in account.__struct_fields__}, **_orders(world, number)}
+            name: {**asdict(account), **_orders(world, number)}
             for number, (name, account) in enumerate(accounts(world, shortest).items())
         },
         "digest": record.digest,
@@ -75,16 +78,7 @@ def _orders(world: World, number: int) -> dict[str, Any]:
     fates, older = [one.fate for one in history], world.tasks.missions.orders.rows[number].older
     return {
         "orders": {fate: fates.count(fate) + older.get(fate, 0) for fate in (*FATES, "open")},
-        "history": [
-            {
-                "number": one.number,
-                "what": one.what,
-                "stops": [list(stop) for stop in one.stops],
-                "reached": one.reached,
-                "fate": one.fate,
-            }
-            for one in history
-        ],
+        "history": [{field: value for field, value in to_builtins(one).items() if field != "laps"} for one in history],
     }
 
 

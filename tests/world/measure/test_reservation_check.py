@@ -6,7 +6,7 @@ from swarm.geometry import Pose
 from swarm.messages import Activity, Command
 from swarm.traffic.lattice.cell_map import OUTSIDE
 from tests.shared import ROOM, scenario_of
-from world.measure.reservation_check import TrafficWatch
+from world.measure.cell_watch import TrafficWatch
 from world.tasks.tasks import REST
 from world.world import World
 
