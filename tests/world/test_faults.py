@@ -125,15 +125,6 @@ def test_the_drill_keeps_account_of_the_dead_and_the_struck() -> None:
     assert [Drill(Faults(late=late), 1, DT).late for late in (0.0, 0.05, 0.2)] == [0, 1, 4]
 
 
-def test_a_robot_that_is_dead_in_a_run_stands_and_its_fellow_drives() -> None:
-    simulation = Simulation.of(scenario_of(), 2, 1, Faults(killed={"r1": 0.0}))
-    before = simulation.world.poses()
-    simulation.run(10.0)
-    after = simulation.world.poses()
-    assert after[0] == before[0]
-    assert after[1] != before[1]
-
-
 def test_only_who_tells_a_joint_plan_leads() -> None:
     alone = Simulation.of(scenario_of(traffic={"cell": 1.2}), 2, 1, Faults(kill_leader_at=0.0))
     alone.run(10.0)

@@ -203,27 +203,6 @@ def test_an_edit_is_sensed_for_a_second_and_counted_for_ever() -> None:
     assert heard == [(1, 0)] * 21 + [(0, 1)] * 9
 
 
-STOPS_IN = 0.6**2 / 4.0  # m, at 2 m/s2
-
-
-@pytest.mark.parametrize(("ahead", "allowed"), [(0.15, False), (STOPS_IN + 0.05, False), (0.5, True)])
-def test_a_wall_is_put_up_only_where_who_drives_can_stop_before_it(ahead: float, allowed: bool) -> None:
-    world = world_of(Pose(2.5, 3.5, 0.0))
-    for _ in range(20):
-        world.step({"r1": say(world, left=0.6, right=0.6)})
-    x = world.poses()[0].x + 0.2 + ahead
-    cell = int(x) + 1.0  # the wall fills whole cells: drive on until it is so near
-    while world.poses()[0].x + 0.2 + ahead < cell:
-        world.step({"r1": say(world, left=0.6, right=0.6)})
-    edit = Edit(kind=Kind.WALL, low=(cell + 0.1, 3.2), high=(cell + 0.9, 3.8))
-    if allowed:
-        world.edit(edit)
-    else:
-        with pytest.raises(ConfigError, match="r1 can stop before"):
-            world.edit(edit)
-    assert world.bodies.edits == allowed
-
-
 # fmt: off
 BEFORE = [  # rim speeds [m/s]; m, from the edge of the robot, below which no wall may be put up
     ((0.6, 0.6),   0.7**2 / 4 + 2 * 0.7 * DT + SAFETY.gap),  # it is 0.1 m/s faster by the next tick

@@ -77,11 +77,6 @@ def test_a_plan_names_what_it_has(name: str) -> None:
     assert plan_of(**all_fields).features() == {feature}
 
 
-def test_a_profile_that_is_none_is_refused() -> None:
-    with pytest.raises(ConfigError, match="--profile: expected the name of a profile"):
-        draw("weather", 1)
-
-
 GOOD = yaml.safe_load(plan_of(faults=[{"robot": "r1", "kind": "dead", "tick": 5}]).to_yaml())
 
 

@@ -184,11 +184,6 @@ def test_places_are_given_in_order_and_promised_for_a_while() -> None:
         one.place("r9", "c", 0.0)
 
 
-def test_a_robot_may_ask_again_for_the_place_that_it_has() -> None:
-    one = membership(("r1", "a"))
-    assert one.place("r1", "a", 0.0) == "r1"
-
-
 # --- leaving ---
 
 

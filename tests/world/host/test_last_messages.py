@@ -2,16 +2,15 @@
 
 from typing import Any
 
-from swarm.messages import Activity, Command
+from msgspec.structs import replace
+
+from swarm.messages import Command
 from world.host.last_messages import AGAIN, SILENT, Asked, LastMessages
+from world.tasks.tasks import REST
 
 
 def command(tick: int, run: int = 0, **changes: Any) -> Command:  # noqa: ANN401
-    fields: dict[str, Any] = {
-        "run": run, "tick": tick, "left": 0.1, "right": 0.1, "heading": 0.0, "activity": Activity.DRIVE,
-        "reached": [], "unreachable": [], "sent": False, "replans": 0,
-    }  # fmt: skip
-    return Command(**fields | changes)
+    return replace(REST, run=run, tick=tick, **changes)
 
 
 def test_all_that_are_there_have_to_answer_this_tick() -> None:

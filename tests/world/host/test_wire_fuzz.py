@@ -57,21 +57,8 @@ RIGHT: dict[str, Message] = {
     PLACES.key: Places(id="far", count=1, at=[(-9.0, -9.0, 0.0)]),
 }
 ODD: tuple[Any, ...] = (
-    None,
-    True,
-    -1,
-    2**63,
-    1e308,
-    float("nan"),
-    float("inf"),
-    "",
-    "r1",
-    "x" * 3000,
-    b"\xff",
-    [],
-    [[]],
-    {},
-)
+    None, True, -1, 2**63, 1e308, float("nan"), float("inf"), "", "r1", "x" * 3000, b"\xff", [], [[]], {},
+)  # fmt: skip
 
 
 def spoiled(payload: bytes, chance: Random) -> bytes:

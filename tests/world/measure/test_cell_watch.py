@@ -1,17 +1,25 @@
-"""The watch on ticks that are made by hand: it counts each planted fault once, at its beginning, and nothing else."""
+"""The watch on ticks that are made by hand: it counts each planted fault once, at its beginning, and nothing else.
+
+Its input is made of true poses and the robots' declarations, only while they are repeated.
+"""
 
 from collections.abc import Iterable, Sequence
 
+import msgspec
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from swarm.geometry import Pose
+from swarm.messages import Activity, Command
 from swarm.traffic.lattice.cell_map import OUTSIDE
 from swarm.traffic.peers.records import TrafficNote
+from tests.shared import ROOM, scenario_of
 from tests.traffic.maps import SIDE, Drawn
-from world.measure.cell_watch import STUCK, Watch, Watched
+from world.measure.cell_watch import STUCK, TrafficWatch, Watch, Watched
 from world.measure.state import Fault
+from world.tasks.tasks import REST
+from world.world import World
 
 FLOOR = Drawn("abcd", "efgh", "ijkl")
 CELL = {name: FLOOR.cell(place) for name, place in FLOOR.names.items()}
@@ -119,11 +127,6 @@ def test_a_body_outside_its_cells_is_seen_to_the_millimetre(name: str) -> None:
     assert all(fault[:3] == (0, "outside", ("r1",)) for fault in watching.state.faults)
 
 
-def test_a_body_that_leaves_its_cells_again_counts_again() -> None:
-    inside, outside = {"r1": at("f")}, {"r1": at("f", dx=EDGE + MM)}
-    assert [fault.tick for fault in fed([outside, inside, outside, outside]).state.faults] == [0, 2]
-
-
 def beside(gap: float, dy: float = 0.0) -> dict[str, Watched]:
     """Put two robots side by side in three cells that each declares for itself; faults of holds are not looked at."""
     half = RADIUS + gap / 2
@@ -134,26 +137,14 @@ def beside(gap: float, dy: float = 0.0) -> dict[str, Watched]:
 def test_bodies_that_meet_are_a_contact(gap: float, touches: int) -> None:
     watching = fed([beside(gap), beside(gap)])
     faults = [fault for fault in watching.state.faults if fault.kind == "contact"]
-    assert len(faults) == touches
-    assert all(fault.tick == 0 and fault.robots == ("r1", "r2") and len(fault.where) == 1 for fault in faults)
+    assert faults == [Fault(0, "contact", ("r1", "r2"), (CELL["f"],))] * touches, "in the cell of the first of the two"
     assert watching.state.least_gap == pytest.approx(gap, abs=1e-12)
-
-
-def test_a_contact_is_in_the_cell_of_the_first_of_the_two() -> None:
-    (fault,) = (fault for fault in fed([beside(-0.1)]).state.faults if fault.kind == "contact")
-    assert fault.where == (CELL["f"],)
 
 
 def test_the_least_gap_is_of_any_pair_at_any_tick() -> None:
     assert fed([{"r1": at("a")}]).state.least_gap == float("inf")
     near, far = {"r1": at("a"), "r2": at("c"), "r3": at("d", dx=-0.3)}, APART
     assert fed([far, near, far]).state.least_gap == pytest.approx(SIDE - 0.3 - 2 * RADIUS)
-
-
-def test_faults_of_a_tick_are_given_back_once() -> None:
-    watching = watch()
-    assert [fault.tick for fault in watching.look(7, ONE)] == [7]
-    assert watching.look(8, ONE) == []
 
 
 @given(st.lists(st.tuples(*[st.sets(st.sampled_from("abcdefghijkl"), max_size=4)] * 3), max_size=12))
@@ -279,3 +270,87 @@ def test_joint_plans_are_counted_by_their_events() -> None:
     for number, events in enumerate(([plan], [], [refused, plan, plan])):
         watching.look(number, APART, events)
     assert watching.state.joint_plans == 3
+
+
+# --- what it is fed: true poses and declarations ---
+
+SCENARIO = scenario_of(traffic={"cell": 1.0, "offset": [0.0, 0.0]})
+COLUMNS = 10
+HERE, BESIDE, THERE = 3 * COLUMNS + 2, 3 * COLUMNS + 3, 3 * COLUMNS + 6  # cells of the room, 1 m wide
+AT = {HERE: Pose(2.5, 3.5, 0.0), BESIDE: Pose(3.5, 3.5, 0.0), THERE: Pose(6.5, 3.5, 0.0)}
+
+
+def say(*held: int, activity: Activity = Activity.DRIVE, waits: tuple[str, ...] = (), notes: int = 0) -> Command:
+    plans = [("joint_plan", "leads 2 robots")] * notes
+    return msgspec.structs.replace(REST, held=list(held), activity=activity, waits=list(waits), notes=plans)
+
+
+def traffic_watch() -> TrafficWatch:
+    return TrafficWatch(SCENARIO.map, SCENARIO.settings, ("r1", "r2"))
+
+
+def test_true_poses_are_judged_by_what_was_declared_last() -> None:
+    watching = traffic_watch()
+    poses = [AT[HERE], AT[THERE]]
+    last = [say(HERE), say(THERE)]
+    assert watching.look(0, poses, {"r1": last[0], "r2": last[1]}, last) == []
+    (fault,) = watching.look(1, [AT[BESIDE], AT[THERE]], {}, last)
+    assert fault == (1, "outside", ("r1",), (BESIDE,)), "though it has said nothing new"
+    (fault,) = watching.look(2, poses, {"r2": say(THERE, HERE)}, [last[0], say(THERE, HERE)])
+    assert fault == (2, "overlap", ("r1", "r2"), (HERE,))
+
+
+def test_who_has_not_spoken_yet_is_not_judged() -> None:
+    assert traffic_watch().look(0, [AT[HERE], AT[HERE]], {}, [REST, REST]) == []
+    watching = traffic_watch()
+    assert watching.look(0, [AT[HERE], Pose(-9.0, 0.0, 0.0)], {}, [say(HERE), REST]) == []
+    (fault,) = watching.look(1, [AT[HERE], Pose(-9.0, 0.0, 0.0)], {}, [say(HERE), say(THERE)])
+    assert (*fault[:3], set(fault.where)) == (1, "outside", ("r2",), {OUTSIDE})
+
+
+def test_who_is_done_or_not_told_to_go_waits_for_nobody() -> None:
+    for activity, conflicts in (
+        (Activity.DRIVE, 1), (Activity.GIVE_WAY, 1), (Activity.BLOCKED, 1), (Activity.DONE, 0), (Activity.READY, 0),
+    ):  # fmt: skip
+        watching = traffic_watch()
+        last = [say(HERE, waits=("r2",), activity=activity), say(THERE)]
+        watching.look(0, [AT[HERE], AT[THERE]], {}, last)
+        assert watching.watch.state.conflicts == conflicts, activity
+
+
+def test_who_moves_is_known_from_its_poses() -> None:
+    watching = traffic_watch()
+    last = [say(HERE), say(THERE)]
+    for tick in range(6):  # r1 turns from the 3rd tick on, r2 stands
+        watching.look(tick, [AT[HERE]._replace(yaw=max(0.0, 0.1 * (tick - 1))), AT[THERE]], {}, last)
+    dt = 1.0 / SCENARIO.settings.rate
+    assert watching.watch.state.longest_wait == 6 * dt
+    moving = traffic_watch()
+    for tick in range(6):
+        moving.look(tick, [AT[HERE]._replace(yaw=0.1 * tick), AT[THERE]._replace(x=6.5 + 1e-9 * tick)], {}, last)
+    assert moving.watch.state.longest_wait == dt, "of the first tick, before which nothing is known"
+
+
+def test_a_note_counts_when_it_comes_and_not_again_while_the_command_lasts() -> None:
+    watching = traffic_watch()
+    told, last = say(HERE, notes=2), [say(HERE, notes=2), say(THERE)]
+    watching.look(0, [AT[HERE], AT[THERE]], {"r1": told}, last)
+    watching.look(1, [AT[HERE], AT[THERE]], {}, last)
+    assert watching.watch.state.joint_plans == 2
+
+
+def test_a_fault_is_an_event_of_the_run() -> None:
+    world = World(SCENARIO, [AT[HERE], AT[THERE]], 1)
+    commands = {"r1": say(HERE), "r2": say(THERE, HERE, BESIDE)}
+    assert [(event.kind, event.robot, event.text) for event in world.step(commands)] == [
+        ("traffic_fault", "r1", f"overlap of r1 and r2 in cell {HERE}")
+    ]
+    assert world.step(commands) == []
+
+
+def test_after_an_edit_bodies_are_judged_on_the_new_floor() -> None:
+    watching = traffic_watch()
+    wider = scenario_of("#" * 10 + "\n" + ROOM, traffic={"cell": 2.0, "offset": [0.0, 0.0]})
+    watching.set_floor(wider.map, wider.settings)
+    place = Pose(3.0, 3.0, 0.0)  # in the middle of the second cell of the second row, 5 cells a row
+    assert watching.look(0, [place, AT[THERE]], {}, [say(1 * 5 + 1), REST]) == []

@@ -35,12 +35,6 @@ def doing(activity: Activity = Activity.DRIVE, **fields: object) -> Command:
     return msgspec.structs.replace(REST, activity=activity, **fields)
 
 
-def test_a_record_begins_with_nothing() -> None:
-    record = recorder(A, B)
-    assert (record.counts.path_length, record.counts.struck, record.counts.waiting) == ([0.0, 0.0], [0, 0], [0.0, 0.0])
-    assert record.counts.begun == []
-
-
 # --- contacts ---
 
 LET_GO = round(PARTED / DT)  # ticks after which a touch is a new one

@@ -18,7 +18,6 @@ from swarm.messages import (
     ROBOT_ACTION,
     Accepted,
     Action,
-    Assigned,
     Do,
     Edit,
     Kind,
@@ -91,22 +90,6 @@ def test_what_a_request_changes_is_in_the_file_when_the_answer_goes_out(name: st
     assert state(one) != before
 
 
-def test_an_order_that_was_answered_is_known_after_a_restart(tmp_path: Path) -> None:
-    file = tmp_path / "world.snapshot"
-    one = run_of(file=file)
-    come(one, "r1", "a")
-    one.go_to(Phase.RUNNING)
-    step(one, r1={"left": 0.3, "right": 0.3})
-    order = Order(id="a", targets=[(7.5, 3.5)])
-    answered = ask(one, ORDER, order, robot="r1")
-    assert answered == Accepted(text="r1: order a update 0 is number 1: 1 target", number=1)
-    other = run_of(file=file)
-    assert other.world.tasks.missions.orders.rows == one.world.tasks.missions.orders.rows
-    assert come(other, "r1", "a").assigned == Assigned(number=1, stops=[(7.5, 3.5)])
-    assert ask(other, ORDER, order, robot="r1") == answered
-    assert "r1 was given an order or an action at 0.05 s" in one.repeatable.reasons
-
-
 def test_an_event_is_told_after_it_was_saved(tmp_path: Path) -> None:
     """A world that is killed in between would tell it twice."""
     file = tmp_path / "world.snapshot"
@@ -136,6 +119,7 @@ def test_a_course_goes_on_from_its_file(tmp_path: Path) -> None:
     for _ in range(20):
         step(one, r1={"left": 0.3, "right": 0.3})
     ask(one, EDIT, BLOCK)
+    ask(one, ORDER, Order(id="a", targets=[THERE]), robot="r1")
     assert ask(one, ACTION, Action(do=Do.PAUSE)) == Accepted(text="the run is paused")
     said: list[str] = []
     other = run_of(file=file, log=said.append)
@@ -146,6 +130,8 @@ def test_a_course_goes_on_from_its_file(tmp_path: Path) -> None:
     assert (other.scenario.map.cells == one.world.bodies.floor.cells).all()
     assert other.membership.awaited, "both are to come back"
     assert other.repeatable.reasons == one.repeatable.reasons
+    assert "r1 was given an order or an action at 1.00 s" in one.repeatable.reasons
+    assert come(other, "r1", "a").assigned.stops == [THERE]
     assert run_of().world.identity != one.world.identity, "without a file it is another one"
 
 

@@ -74,13 +74,6 @@ def test_each_target_is_visited_once_by_one_robot_and_the_run_ends() -> None:
     assert simulation.report(1.0, 200.0)["digest"] == Simulation.of(pool_of(CORNERS), 4, 1).run()["digest"]
 
 
-def test_the_nearest_free_robot_takes_it() -> None:
-    simulation = Simulation.of(pool_of([[14.5, 1.5]]), 4, 1)
-    events = watched(simulation)
-    assert kinds(events, "errand") == [("r2", "errand")]
-    assert simulation.world.tasks.complete
-
-
 def test_the_bid_is_the_way_and_not_the_distance() -> None:
     """r1 stands right behind the wall; r2 has the shorter way."""
     starts = {"poses": [[1.5, 2.5, 0.0], [13.5, 4.5, 3.0]]}
