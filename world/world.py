@@ -222,7 +222,7 @@ class World:
         """
         if len(state.heard) != len(self.robots):
             raise ConfigError(f"snapshot: expected {len(self.robots)} robots, got {len(state.heard)}")
-        parts = state.bodies.external, self.bodies.external
+        parts = state.bodies.external, self.bodies.external.state
         was, given = ([self.robots[number] for number in sorted(part.poses)] for part in parts)
         if was != given:
             raise ConfigError(

@@ -18,7 +18,7 @@ from swarm.robot.sectors import sectors
 from swarm.settings import SensorSettings
 from swarm.traffic.lattice.placement import traffic_settings
 from swarm.traffic.outputs import RecordWriter
-from world.bodies.rays import cast
+from world.bodies.rays import cast_all
 
 
 def radio() -> Json:
@@ -82,18 +82,9 @@ def rays() -> Json:
     every = [angle for sector in sectors(sensors) for angle in sector]
     solid, nothing = np.ascontiguousarray(floor.cells != 0).astype(np.uint8), np.zeros((0, 5))
     for pose in (Pose(1.0, 1.2, 3.0), Pose(6.0, 5.0, 0.0), Pose(9.2, 6.3, 1.0), Pose(3.0, 3.0, -2.0)):
-        found = cast(
-            solid,
-            floor.resolution,
-            *floor.origin,
-            *pose,
-            -1,
-            np.zeros((0, 3)),
-            nothing,
-            np.array(every),
-            sensors.range + radius,
-        )
-        lengths = [max(0.0, length - radius) for length in found.tolist()]
+        alone = np.array([pose.yaw]), np.array([[pose.x, pose.y, radius]]), nothing
+        measured = cast_all(solid, floor.resolution, *floor.origin, *alone, np.array(every), radius, sensors.range)
+        lengths = measured[0].tolist()
         ends = [
             [round(at + (radius + length) * along(pose.yaw + angle), 6) for at, along in ((pose.x, cos), (pose.y, sin))]
             for length, angle in zip(lengths, every, strict=True)

@@ -80,9 +80,7 @@ class Bodies:
 
     def restore(self, state: BodiesState) -> None:
         """Continue from a state on the same floor."""
-        self.edits, self._recent, self.wheels, sensing, external, physics = state
-        self.sensing.restore(sensing)
-        self.external.restore(external)
+        self.edits, self._recent, self.wheels, self.sensing.state, self.external.state, physics = state
         self.physics.restore(physics)
         self.measure()
 

@@ -40,10 +40,10 @@ def check_external(names: Sequence[str], robots: int) -> tuple[str, ...]:
 
 
 class ExternalState(NamedTuple):
-    """The state of `External`."""
+    """The state of `External`, which changes its values."""
 
     poses: dict[int, Pose]
-    reports: dict[int, BodyReport]
+    reports: dict[int, BodyReport]  # the newest one of each
     silent: list[int]
 
 
@@ -54,18 +54,7 @@ class External:
         self._numbers = numbers
         self.told: Mapping[str, BodyReport] = {}  # the newest reports that have come
         self._top_speed, self._dt = top_speed, dt
-        self.poses = {number: starts[number] for number in numbers.values()}
-        self.reports: dict[int, BodyReport] = {}  # the newest one
-        self.silent: list[int] = []
-
-    @property
-    def state(self) -> ExternalState:
-        """The state, which shares its values with this object."""
-        return ExternalState(self.poses, self.reports, self.silent)
-
-    def restore(self, state: ExternalState) -> None:
-        """Continue from a state."""
-        self.poses, self.reports, self.silent = state
+        self.state = ExternalState({number: starts[number] for number in numbers.values()}, {}, [])
 
     def step(self, tick: int, floor: OccupancyMap) -> Reported:
         """Take in what was reported since the last tick; return where these bodies are at the next.
@@ -73,40 +62,41 @@ class External:
         A body without a report stands where it was; after ``BODY.timeout`` that is told. A report from beyond the map
         is refused, and counts as none.
         """
+        poses, reports, silent = self.state
         wheels, jumped, said = dict[int, tuple[float, float]](), list[int](), list[Said]()
         for name, number in self._numbers.items():
-            last, report = self.reports.get(number), self.told.get(name)
+            last, report = reports.get(number), self.told.get(name)
             if report is not None and not floor.inside(floor.cell_of(report.x, report.y)):
                 text = f"is at ({report.x:g}, {report.y:g}) m by its body's report, beyond the map"
                 said.append(Said("body_refused", text, name))
                 report = None
             if report is not None and (last is None or report.tick > last.tick):
-                pose, before = Pose(report.x, report.y, wrap(report.yaw)), self.poses[number]
+                pose, before = Pose(report.x, report.y, wrap(report.yaw)), poses[number]
                 ticks = report.tick - (-1 if last is None else last.tick)
                 moved, most = hypot(pose.x - before.x, pose.y - before.y), self._top_speed * self._dt * ticks + SLACK
                 if moved > most:
                     jumped.append(number)
                     text = f"jumped {moved:.2f} m in {ticks * self._dt:.2f} s, by its body's report"
                     said.append(Said("body_jumped", text, name))
-                if number in self.silent:
-                    self.silent.remove(number)
+                if number in silent:
+                    silent.remove(number)
                     said.append(Said("body_back", "reports its body again", name))
-                self.reports[number], self.poses[number] = report, pose
+                reports[number], poses[number] = report, pose
                 wheels[number] = (report.left, report.right)
                 continue
             wheels[number] = (0.0, 0.0)
             quiet = (tick - (-1 if last is None else last.tick)) * self._dt
-            if quiet > BODY.timeout and number not in self.silent:
-                self.silent.append(number)
+            if quiet > BODY.timeout and number not in silent:
+                silent.append(number)
                 text = f"has reported no body for {BODY.timeout:g} s; it counts as standing"
                 said.append(Said("body_silent", text, name))
-        return Reported(dict(self.poses), wheels, jumped, said)
+        return Reported(dict(poses), wheels, jumped, said)
 
     def distances(self, rays: int, reach: float) -> dict[int, FreeDistances]:
         """Return what bodies have measured themselves, of those that tell all their rays; ``reach`` in m."""
         found = {}
-        for number, report in self.reports.items():
-            if number not in self.silent and len(report.rays) == 3 * rays:
+        for number, report in self.state.reports.items():
+            if number not in self.state.silent and len(report.rays) == 3 * rays:
                 told = [min(reach, ray) for ray in report.rays]
                 found[number] = FreeDistances(min(told[:rays]), min(told[rays : 2 * rays]), min(told[2 * rays :]), told)
         return found

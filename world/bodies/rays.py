@@ -44,71 +44,49 @@ def _to_box(
     return enter if enter <= leave else inf
 
 
-@njit("f8[::1](u1[:, ::1], f8, f8, f8, f8, f8, f8, f8, i8, f8[:, ::1], f8[:, ::1], f8[::1], f8)", cache=True)
-def cast(
+@njit("f8[:, ::1](u1[:, ::1], f8, f8, f8, f8, f8[::1], f8[:, ::1], f8[:, ::1], f8[::1], f8, f8)", cache=True)
+def cast_all(
     solid: NDArray[np.uint8],
     side: float,  # m, of a cell
     origin_x: float,
     origin_y: float,
     origin_yaw: float,
-    x: float,
-    y: float,
-    yaw: float,
-    own: int,  # number of the disc the rays start from, which they do not see
-    discs: Numbers,  # (n, 3): x, y, radius [m]
-    boxes: Numbers,  # (n, 5): x, y, yaw, half length, half width [m]
-    angles: Numbers,
-    reach: float,  # m
-) -> Numbers:
-    """Return the distances [m] from a centre along rays at body ``angles`` [rad] to the nearest thing, or ``reach``."""
-    cos_o, sin_o = cos(origin_yaw), sin(origin_yaw)
-    u = (cos_o * (x - origin_x) + sin_o * (y - origin_y)) / side
-    v = (cos_o * (y - origin_y) - sin_o * (x - origin_x)) / side
-    near = np.empty(discs.shape[0], np.int64)
-    count = 0
-    for other in range(discs.shape[0]):
-        if other != own and hypot(discs[other, 0] - x, discs[other, 1] - y) <= reach + discs[other, 2]:
-            near[count] = other
-            count += 1
-    found = np.empty(angles.size)
-    for k in range(angles.size):
-        heading = yaw + angles[k]
-        dx, dy = cos(heading), sin(heading)
-        nearest = side * first_solid(solid, u, v, cos_o * dx + sin_o * dy, cos_o * dy - sin_o * dx, reach / side, False)
-        for other in near[:count]:
-            nearest = min(nearest, _to_disc(x, y, dx, dy, discs[other, 0], discs[other, 1], discs[other, 2]))
-        for b in range(boxes.shape[0]):
-            box = boxes[b]
-            nearest = min(nearest, _to_box(x, y, dx, dy, box[0], box[1], box[2], box[3], box[4]))
-        found[k] = nearest
-    return found
-
-
-@njit("f8[:, ::1](u1[:, ::1], f8, f8, f8, f8, f8[::1], f8[:, ::1], f8[:, ::1], f8[::1], f8, f8)", cache=True)
-def cast_all(
-    solid: NDArray[np.uint8],
-    side: float,
-    origin_x: float,
-    origin_y: float,
-    origin_yaw: float,
     yaws: Numbers,  # rad, of the robots
     discs: Numbers,  # (n, 3): x, y, radius [m]; the robots first
-    boxes: Numbers,
+    boxes: Numbers,  # (n, 5): x, y, yaw, half length, half width [m]
     angles: Numbers,
     radius: float,  # m, of a robot
     reach: float,  # m
 ) -> Numbers:
     """Return the free distances [m, 0..reach] from every robot's edge along rays at body ``angles`` [rad].
 
-    The shape is (robots, angles).
+    The shape is (robots, angles). A robot does not see its own disc.
     """
+    cos_o, sin_o = cos(origin_yaw), sin(origin_yaw)
+    far = radius + reach  # m, from the centre
     found = np.empty((yaws.size, angles.size))
-    for n in range(yaws.size):
-        x, y = discs[n, 0], discs[n, 1]
-        origin = (origin_x, origin_y, origin_yaw)
-        far = cast(solid, side, *origin, x, y, yaws[n], n, discs, boxes, angles, radius + reach)
+    near = np.empty(discs.shape[0], np.int64)
+    for robot in range(yaws.size):
+        x, y = discs[robot, 0], discs[robot, 1]
+        u = (cos_o * (x - origin_x) + sin_o * (y - origin_y)) / side
+        v = (cos_o * (y - origin_y) - sin_o * (x - origin_x)) / side
+        # discs in reach
+        count = 0
+        for other in range(discs.shape[0]):
+            if other != robot and hypot(discs[other, 0] - x, discs[other, 1] - y) <= far + discs[other, 2]:
+                near[count] = other
+                count += 1
         for k in range(angles.size):
-            found[n, k] = min(reach, max(0.0, far[k] - radius))
+            heading = yaws[robot] + angles[k]
+            dx, dy = cos(heading), sin(heading)
+            along, across = cos_o * dx + sin_o * dy, cos_o * dy - sin_o * dx
+            nearest = side * first_solid(solid, u, v, along, across, far / side, False)
+            for other in near[:count]:
+                nearest = min(nearest, _to_disc(x, y, dx, dy, discs[other, 0], discs[other, 1], discs[other, 2]))
+            for b in range(boxes.shape[0]):
+                box = boxes[b]
+                nearest = min(nearest, _to_box(x, y, dx, dy, box[0], box[1], box[2], box[3], box[4]))
+            found[robot, k] = min(reach, max(0.0, nearest - radius))
     return found
 
 

@@ -39,7 +39,7 @@ class Errors(NamedTuple):
 
 
 class SensingState(NamedTuple):
-    """The state of `Sensing`."""
+    """The state of `Sensing`, which changes its values."""
 
     noise: list[np.random.Generator]
     errors: list[Errors]
@@ -56,44 +56,34 @@ class Sensing:
         self._settings = settings
         self._angles = np.array([angle for sector in sectors(settings) for angle in sector])
         self._seed = seed
-        self._noise: list[np.random.Generator] = []
-        self._errors: list[Errors] = []
+        self.state = SensingState([], [])
         for count in targets:
             self.add_robot(count)
         self._shown: dict[int, Shown] = {}  # a robot that stands sees the same bearings again
 
     def add_robot(self, targets: int = 0) -> None:
         """Add the noise generator of one more robot, and draw its first noise."""
-        robot = len(self._noise)
-        self._noise.append(np.random.default_rng([self._seed, 1, robot]))
-        self._errors.append(self._drawn(robot, targets))
-
-    @property
-    def state(self) -> SensingState:
-        """The state, which shares its values with this object."""
-        return SensingState(self._noise, self._errors)
-
-    def restore(self, state: SensingState) -> None:
-        """Continue from a state."""
-        self._noise, self._errors = state
+        robot = len(self.state.noise)
+        self.state.noise.append(np.random.default_rng([self._seed, 1, robot]))
+        self.state.errors.append(self._drawn(robot, targets))
 
     def draw(self, targets: Sequence[int]) -> None:
         """Draw the noise of the next tick; ``targets`` is how many each robot has."""
-        self._errors = [self._drawn(robot, count) for robot, count in enumerate(targets)]
+        self.state.errors[:] = [self._drawn(robot, count) for robot, count in enumerate(targets)]
 
     def draw_bearings(self, robot: int, targets: int) -> None:
         """Draw what lacks for the bearings of a robot that was given other targets after the last draw."""
-        errors = self._errors[robot].bearings
+        errors = self.state.errors[robot].bearings
         errors += self._bearing_errors(robot, targets - len(errors))
 
     def _drawn(self, robot: int, targets: int) -> Errors:
         noise = self._settings.noise
-        rays = self._noise[robot].normal(0.0, noise, len(self._angles)).tolist() if noise else []
+        rays = self.state.noise[robot].normal(0.0, noise, len(self._angles)).tolist() if noise else []
         return Errors(rays, self._bearing_errors(robot, targets))
 
     def _bearing_errors(self, robot: int, count: int) -> list[float]:
         noise = radians(self._settings.bearing_noise_deg)
-        drawn: list[float] = self._noise[robot].normal(0.0, noise, count).tolist() if noise and count > 0 else []
+        drawn: list[float] = self.state.noise[robot].normal(0.0, noise, count).tolist() if noise and count > 0 else []
         return drawn
 
     def all_distances(self, physics: Physics) -> list[FreeDistances]:
@@ -104,7 +94,7 @@ class Sensing:
     def _read(self, robot: int, rays: list[float]) -> FreeDistances:
         settings, n = self._settings, self._settings.rays
         if settings.noise:
-            errors = self._errors[robot].rays
+            errors = self.state.errors[robot].rays
             rays = [min(settings.range, max(0.0, ray + error)) for ray, error in zip(rays, errors, strict=True)]
         return FreeDistances(min(rays[:n]), min(rays[n : 2 * n]), min(rays[2 * n :]), rays)
 
@@ -117,7 +107,7 @@ class Sensing:
         if last and not noise and last.pose == pose and last.targets is targets and last.floor is physics.floor:
             return last.bearings
         places = np.asarray(targets, np.float64).reshape(-1, 2)
-        errors = self._errors[robot].bearings[: len(targets)] if noise else [0.0] * len(targets)
+        errors = self.state.errors[robot].bearings[: len(targets)] if noise else [0.0] * len(targets)
         seen = physics.sees_each((pose.x, pose.y), places)
         found = [
             wrap(bearing(pose, target) + error) if shows else None

@@ -11,6 +11,7 @@ from swarm.geometry import Pose
 from swarm.settings import MoverSettings
 from world.bodies.movers import Patrol
 from world.bodies.shapes import Contact
+from world.measure.state import RecorderState
 
 MOVES: Final = 0.01  # m/s, forward or backward; a robot that is not faster counts as standing
 SPAN: Final = 2  # ticks over which the motions of a robot and a moving obstacle are compared
@@ -18,14 +19,14 @@ EXACT: Final = 1e-6  # m
 
 
 class Blame:
-    """The memory that the verdict on contacts needs: where the robots were, and which of them are being pushed."""
+    """The verdict on contacts: it needs where the robots were, and which of them are being pushed."""
 
-    def __init__(self, movers: Sequence[MoverSettings], radius: float, starts: Sequence[Pose], dt: float) -> None:
+    def __init__(self, movers: Sequence[MoverSettings], radius: float, counts: RecorderState, dt: float) -> None:
         self._movers = [(mover, Patrol(mover)) for mover in movers]
         self._reach = 2 * radius  # m, from a robot's centre; what is farther away does not touch it
         self._dt = dt
-        self.before: list[Sequence[Pose]] = [starts] * SPAN  # poses of all robots in the last ticks, oldest first
-        self.pushed: set[int] = set()  # robots that an obstacle touched, and that have touched something ever since
+        self.state = counts
+        counts.before = [counts.last] * SPAN
 
     def look(
         self,
@@ -41,26 +42,27 @@ class Blame:
         tick. It is to be called at every tick.
         """
         touched = {contact.robot for contact in touching}
-        self.pushed &= touched
+        state = self.state
+        state.pushed &= touched
         verdicts = [
             not (
                 stands(wheels[contact.robot])
-                or contact.robot in self.pushed
+                or contact.robot in state.pushed
                 or (contact.kind == "obstacle" and self._was_caught(tick, contact.robot, poses[contact.robot]))
             )
             for contact in begun
         ]
-        self.pushed |= {contact.robot for contact in (*begun, *touching) if contact.kind == "obstacle"}
-        self.before = [*self.before[1:], poses]
+        state.pushed |= {contact.robot for contact in (*begun, *touching) if contact.kind == "obstacle"}
+        state.before = [*state.before[1:], poses]
         return verdicts
 
     def add_robot(self, start: Pose) -> None:
         """Remember one more robot from now on."""
-        self.before = [[*poses, start] for poses in self.before]
+        self.state.before = [[*poses, start] for poses in self.state.before]
 
     def _was_caught(self, tick: int, robot: int, pose: Pose) -> bool:
         """Return True if a moving obstacle closed the gap to a robot at least as fast as the robot did."""
-        was = self.before[0][robot]
+        was = self.state.before[0][robot]
         now, then = (max(0, when) * self._dt for when in (tick, tick - SPAN))
         for mover, patrol in self._movers:
             its, its_before = patrol.at(now), patrol.at(then)

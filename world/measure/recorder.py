@@ -27,8 +27,8 @@ class Recorder:
     def __init__(self, scenario: Scenario, starts: Sequence[Pose], dt: float) -> None:
         self._dt = dt
         self.judge = ClearanceJudge(scenario.map, scenario.settings.robot.radius)
-        self.blame = Blame(scenario.settings.movers, scenario.settings.robot.radius, starts, dt)
         self.counts = RecorderState(last=starts)
+        self.blame = Blame(scenario.settings.movers, scenario.settings.robot.radius, self.counts, dt)
         for _ in starts:
             self._add_row()
 
@@ -51,13 +51,12 @@ class Recorder:
     @property
     def state(self) -> RecorderState:
         """The state, which shares its values with this object."""
-        counts, blame = self.counts, self.blame
-        counts.before, counts.pushed, counts.smallest = blame.before, blame.pushed, self.judge.smallest
-        return counts
+        self.counts.smallest = self.judge.smallest
+        return self.counts
 
     def restore(self, state: RecorderState) -> None:
         """Continue from a state."""
-        self.counts, self.blame.before, self.blame.pushed = state, state.before, state.pushed
+        self.counts = self.blame.state = state
         self.judge.restore(state.smallest)
 
     @property

@@ -228,7 +228,5 @@ class Missions:
 
     def _next_stop(self, number: int, given_up: Sequence[int]) -> int | None:
         """Return the first stop that a robot has neither reached nor given up."""
-        row = self.reached_at[number]
-        if not given_up:
-            return row.index(None) if None in row else None
-        return next((stop for stop, time in enumerate(row) if time is None and stop not in given_up), None)
+        row = enumerate(self.reached_at[number])
+        return next((stop for stop, time in row if time is None and stop not in given_up), None)

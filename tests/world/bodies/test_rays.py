@@ -56,19 +56,12 @@ class Scene(NamedTuple):
 
     def cast(self, angles: Sequence[float], reach: float) -> list[float]:
         """Ask the compiled code: from the first disc's centre."""
-        x, y, _ = self.discs[0]
-        found = rays.cast(*self._floor(), x, y, self.yaw, 0, self._discs(), self._boxes(), np.array(angles), reach)
-        return [float(distance) for distance in found]
+        return self.cast_from_edge(angles, 0.0, reach)
 
-    def cast_all(self, angles: Sequence[float], radius: float, reach: float) -> list[float]:
+    def cast_from_edge(self, angles: Sequence[float], radius: float, reach: float) -> list[float]:
         """Ask it for the first disc as a robot of ``radius``: from its edge."""
-        yaws = np.array([self.yaw])
-        return [
-            float(distance)
-            for distance in rays.cast_all(
-                *self._floor(), yaws, self._discs(), self._boxes(), np.array(angles), radius, reach
-            )[0]
-        ]
+        at = np.array([self.yaw]), self._discs(), self._boxes(), np.array(angles)
+        return [float(distance) for distance in rays.cast_all(*self._floor(), *at, radius, reach)[0]]
 
     def sees_each(self, a: Place, *places: Place) -> list[bool]:
         """Ask it to which places no wall is between."""
@@ -170,7 +163,7 @@ def test_a_ray_from_a_centre_ends_where_pymunks_does(scene: Scene, angles: list[
 @given(scenes(), st.lists(turns, min_size=1, max_size=6), reaches)
 def test_a_ray_from_an_edge_ends_where_pymunks_does(scene: Scene, angles: list[float], reach: float) -> None:
     radius = scene.discs[0].radius
-    read = scene.cast_all(angles, radius, reach)
+    read = scene.cast_from_edge(angles, radius, reach)
     assert all(0.0 <= distance <= reach for distance in read)
     assert_judged(scene, angles, read, reach, radius)
 

@@ -8,28 +8,7 @@ from typing import Final, NamedTuple
 
 from world.storm.history.history import History
 from world.storm.history.seen import Law
-from world.storm.laws.claims import (
-    claims_numbered_once,
-    listens_first,
-    no_false_agreement,
-    no_wait_for_the_silent,
-    stands_without_claims,
-    takes_only_what_is_free,
-)
-from world.storm.laws.driving import no_body_outside, room_to_brake
-from world.storm.laws.floor import no_contact, no_hold_without_claim, no_overlap
-from world.storm.laws.mission import (
-    all_arrive,
-    flags_stay,
-    it_ends,
-    no_exception,
-    nobody_stands_unnamed,
-    report_agrees,
-    truthful,
-)
-from world.storm.laws.orders import orders_are_kept
-from world.storm.laws.pool import pool_is_kept
-from world.storm.laws.wire import broadcasts_are_heard, passes_the_wire
+from world.storm.laws import claims, driving, floor, mission, orders, pool, wire
 
 
 class Violation(NamedTuple):
@@ -42,28 +21,28 @@ class Violation(NamedTuple):
 
 
 LAWS: Final[Mapping[str, Law]] = {
-    "no exception": no_exception,
-    "no contact": no_contact,
-    "no overlap": no_overlap,
-    "no hold without a claim": no_hold_without_claim,
-    "claims numbered once": claims_numbered_once,
-    "no false agreement": no_false_agreement,
-    "listens first": listens_first,
-    "no claim while standing": stands_without_claims,
-    "takes only what is free": takes_only_what_is_free,
-    "no wait for the silent": no_wait_for_the_silent,
-    "no body outside": no_body_outside,
-    "room to brake": room_to_brake,
-    "flags stay": flags_stay,
-    "all arrive": all_arrive,
-    "it ends": it_ends,
-    "truthful": truthful,
-    "nobody stands unnamed": nobody_stands_unnamed,
-    "the report agrees": report_agrees,
-    "passes the wire": passes_the_wire,
-    "broadcasts are heard": broadcasts_are_heard,
-    "orders are kept": orders_are_kept,
-    "the pool is kept": pool_is_kept,
+    "no exception": mission.no_exception,
+    "no contact": floor.no_contact,
+    "no overlap": floor.no_overlap,
+    "no hold without a claim": floor.no_hold_without_claim,
+    "claims numbered once": claims.claims_numbered_once,
+    "no false agreement": claims.no_false_agreement,
+    "listens first": claims.listens_first,
+    "no claim while standing": claims.stands_without_claims,
+    "takes only what is free": claims.takes_only_what_is_free,
+    "no wait for the silent": claims.no_wait_for_the_silent,
+    "no body outside": driving.no_body_outside,
+    "room to brake": driving.room_to_brake,
+    "flags stay": mission.flags_stay,
+    "all arrive": mission.all_arrive,
+    "it ends": mission.it_ends,
+    "truthful": mission.truthful,
+    "nobody stands unnamed": mission.nobody_stands_unnamed,
+    "the report agrees": mission.report_agrees,
+    "passes the wire": wire.passes_the_wire,
+    "broadcasts are heard": wire.broadcasts_are_heard,
+    "orders are kept": orders.orders_are_kept,
+    "the pool is kept": pool.pool_is_kept,
 }
 
 # laws about the scenario's own stops; in a run with orders or a pool, robots have others
