@@ -9,7 +9,7 @@ from unittest.mock import Mock
 import msgspec
 
 from swarm.bus import Bus, Presence, Request
-from swarm.messages import JOIN, Command, Event, Join, Liveness, Phase, Seen, Topic
+from swarm.messages import JOIN, Activity, Command, Event, Join, Liveness, Phase, Seen, Topic
 from swarm.scenario.load import Scenario
 from swarm.settings import Pace
 from tests.shared import scenario_of
@@ -63,6 +63,11 @@ def absent(one: Run, seconds: float) -> None:
     """Let some time pass in which the robots that are absent are missed."""
     one.membership.look(0.0, running=False)
     one.membership.look(seconds, running=True)
+
+
+def command(left: float = 0.0, right: float = 0.0, **fields: Any) -> Command:  # noqa: ANN401
+    """Return the command of a robot with rim speeds [m/s]; it drives unless the fields say something else."""
+    return msgspec.structs.replace(REST, **({"left": left, "right": right, "activity": Activity.DRIVE} | fields))
 
 
 def step(one: Run, **fields: dict[str, Any]) -> None:

@@ -2,7 +2,6 @@
 
 from math import pi
 
-import msgspec
 import pytest
 
 from swarm.errors import ConfigError
@@ -11,6 +10,7 @@ from swarm.messages import Activity, Command, Edit, Event, Kind, Steering
 from swarm.robot.tuning import SAFETY
 from swarm.scenario.load import Scenario
 from tests.shared import scenario_of
+from tests.world.shared import command
 from world import simulate
 from world.bodies.edits import edited
 from world.bodies.movers import Patrol
@@ -18,7 +18,6 @@ from world.faults import SILENT, Drill, Faults, Health, Spell
 from world.measure.progress import STALLED
 from world.measure.verdict import PROVEN
 from world.simulate import Simulation
-from world.tasks.tasks import REST
 from world.views.truth import truth
 from world.world import World
 
@@ -31,8 +30,7 @@ def world_of(*starts: Pose, scenario: Scenario | None = None) -> World:
 
 
 def say(world: World, **fields: object) -> Command:
-    plain: dict[str, object] = {"tick": world.tick, "activity": Activity.DRIVE}
-    return msgspec.structs.replace(REST, **(plain | fields))
+    return command(tick=world.tick, **fields)  # type: ignore[arg-type]
 
 
 # --- when it is over ---

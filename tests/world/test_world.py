@@ -2,19 +2,18 @@
 
 from math import pi
 
-import msgspec
 import pytest
 
 from swarm.geometry import Pose
 from swarm.maps.text import from_text
-from swarm.messages import COMMAND, Activity, Command, Edit, Event, Kind, Order, Sense
+from swarm.messages import COMMAND, Command, Edit, Event, Kind, Order, Sense
 from swarm.scenario.load import Scenario
 from tests.shared import ROOM, scenario_of, with_settings
+from tests.world.shared import command
 from world.bodies.radio_model import RadioModel
 from world.host.last_messages import merged
 from world.measure.clearance import ClearanceJudge
 from world.simulate import Simulation
-from world.tasks.tasks import REST
 from world.world import World
 
 AT = Pose(2.5, 2.5, 0.0)
@@ -25,9 +24,7 @@ def world_of(*starts: Pose, scenario: Scenario | None = None, seed: int = 1) -> 
 
 
 def drive(world: World, left: float, right: float, **fields: object) -> Command:
-    changes = {"run": world.run, "tick": world.tick, "left": left, "right": right,
-               "activity": Activity.DRIVE, **fields}  # fmt: skip
-    return msgspec.structs.replace(REST, **changes)
+    return command(left, right, run=world.run, tick=world.tick, **fields)
 
 
 # --- sensors ---
@@ -258,8 +255,8 @@ def test_without_anything_to_touch_the_gap_is_infinite() -> None:
 
 @pytest.mark.parametrize("late_first", [True, False])
 def test_of_two_commands_within_a_tick_nothing_told_once_is_lost(late_first: bool) -> None:
-    late = msgspec.structs.replace(REST, tick=4, left=0.1, notes=[("joint_plan", "leads 8 robots")], sent=True)
-    latest = msgspec.structs.replace(REST, tick=5, left=0.3, notes=[("halted", "something is near")])
+    late = command(0.1, tick=4, notes=[("joint_plan", "leads 8 robots")], sent=True)
+    latest = command(0.3, tick=5, notes=[("halted", "something is near")])
     got = merged(late, latest) if late_first else merged(latest, late)
     assert (got.tick, got.left, got.sent) == (5, 0.3, True)
     assert got.notes == [("joint_plan", "leads 8 robots"), ("halted", "something is near")]

@@ -4,7 +4,7 @@ import json
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from time import perf_counter
+from time import monotonic, perf_counter
 from typing import Final
 
 from swarm.errors import ConfigError
@@ -14,7 +14,7 @@ from world.storm.output import Lines, Say, shown, write_plan
 from world.storm.plans.draw import draw
 from world.storm.plans.plan import StormPlan, only_simulated, read
 from world.storm.results import Job, RunResult, lost, perform
-from world.storm.shrink import deadline, first_broken, first_of, shrink
+from world.storm.shrink import LONGEST, first_broken, first_of, shrink
 from world.storm.workers import Lost, answers
 
 INTERRUPTED: Final = 130  # the exit status after Ctrl-C, as in a shell
@@ -117,11 +117,11 @@ def shrunk(plan: StormPlan, out: Path, workers: int) -> int:
     Raises:
         ConfigError: the file cannot be written.
     """
-    over = deadline()
+    end = monotonic() + LONGEST
     with told_to_stop() as told, shown(0) as (say, _):
 
         def stop() -> bool:
-            return told.is_set() or over()
+            return told.is_set() or monotonic() > end
 
         found = [result for _, result in _each([Job(plan.profile, plan.seed, plan)], 1, perform, stop)]
         law = first_broken(found[0].violations) if found else None

@@ -1,7 +1,6 @@
 """The shrinking of a plan that breaks a law: a greedy search, one kind of cut after the other."""
 
 from collections.abc import Callable, Iterable
-from time import monotonic
 from typing import Final, NamedTuple
 
 from msgspec.structs import replace
@@ -82,12 +81,6 @@ def shrink(
                 robots, wrong, stops, floor = size(plan)
                 say(f"{cut.__name__}: {robots} robots, {wrong} faults, {stops} stops, {floor} characters of floor")
     return plan
-
-
-def deadline(seconds: float = LONGEST) -> Callable[[], bool]:
-    """Return a function that returns True once ``seconds`` of wall time have passed from now."""
-    end = monotonic() + seconds
-    return lambda: monotonic() > end
 
 
 def _limited(plan: StormPlan, limit: float) -> StormPlan:

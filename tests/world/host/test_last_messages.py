@@ -1,22 +1,13 @@
 """What the world takes for an answer, and whom it asks again."""
 
-from typing import Any
-
-from msgspec.structs import replace
-
-from swarm.messages import Command
+from tests.world.shared import command
 from world.host.last_messages import AGAIN, SILENT, Asked, LastMessages
-from world.tasks.tasks import REST
-
-
-def command(tick: int, run: int = 0, **changes: Any) -> Command:  # noqa: ANN401
-    return replace(REST, run=run, tick=tick, **changes)
 
 
 def test_all_that_are_there_have_to_answer_this_tick() -> None:
     answers = LastMessages()
     assert answers.lacking(["r1", "r2"], 3) == ["r1", "r2"]
-    answers.take("r1", command(3), run=0, tick=3)
+    answers.take("r1", command(tick=3), run=0, tick=3)
     assert answers.lacking(["r1", "r2"], 3) == ["r2"]
     answers.deaf.add("r2")
     assert answers.lacking(["r1", "r2"], 3) == []
@@ -24,17 +15,17 @@ def test_all_that_are_there_have_to_answer_this_tick() -> None:
 
 def test_an_answer_to_an_earlier_tick_is_late_and_is_no_answer_to_this_one() -> None:
     answers = LastMessages()
-    answers.take("r1", command(2), run=0, tick=3)
+    answers.take("r1", command(tick=2), run=0, tick=3)
     assert answers.late == 1
     assert answers.lacking(["r1"], 3) == ["r1"]
-    answers.take("r1", command(3, sent=True), run=0, tick=3)
+    answers.take("r1", command(tick=3, sent=True), run=0, tick=3)
     assert answers.lacking(["r1"], 3) == []
     assert answers.commands["r1"].sent
 
 
 def test_the_same_answer_again_counts_once() -> None:
     answers = LastMessages()
-    told = command(3, notes=[("halted", "stopped")])
+    told = command(tick=3, notes=[("halted", "stopped")])
     for _ in range(2):
         answers.take("r1", told, run=0, tick=3)
     assert answers.commands["r1"].notes == [("halted", "stopped")]
@@ -47,7 +38,7 @@ def test_the_same_answer_again_counts_once() -> None:
 def test_who_answers_the_present_tick_is_in_time_once() -> None:
     answers = LastMessages()
     for name, tick in (("r1", 2), ("r1", 3), ("r1", 3), ("r2", 3)):
-        answers.take(name, command(tick), run=0, tick=3)
+        answers.take(name, command(tick=tick), run=0, tick=3)
     assert (answers.in_time, answers.late) == (2, 1)
     answers.carried_out()
     assert (answers.in_time, answers.late, answers.commands) == (0, 1, {})
@@ -55,8 +46,8 @@ def test_who_answers_the_present_tick_is_in_time_once() -> None:
 
 def test_an_answer_of_another_run_or_of_a_tick_to_come_is_dropped() -> None:
     answers = LastMessages()
-    answers.take("r1", command(3, run=1), run=0, tick=3)
-    answers.take("r1", command(4), run=0, tick=3)
+    answers.take("r1", command(tick=3, run=1), run=0, tick=3)
+    answers.take("r1", command(tick=4), run=0, tick=3)
     assert answers.commands == {}
 
 
@@ -78,7 +69,7 @@ def test_the_wait_is_counted_from_the_first_time_that_a_robot_was_asked() -> Non
 def test_each_broadcast_that_was_sent_is_named_with_its_own_tick_also_if_several_come_in_one_tick() -> None:
     answers = LastMessages()
     for tick, sent in ((1, True), (2, False), (3, True), (3, True), (1, True)):
-        answers.take("r1", command(tick, sent=sent), run=0, tick=4)
+        answers.take("r1", command(tick=tick, sent=sent), run=0, tick=4)
     assert answers.sent == [("r1", 1), ("r1", 3)]
     assert answers.commands["r1"].tick == 3
     answers.carried_out()

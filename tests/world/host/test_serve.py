@@ -11,13 +11,13 @@ from swarm.geometry import distance
 from swarm.messages import Activity, Order, Phase, PoolTargets, RobotAction, RobotDo
 from swarm.settings import Pace
 from tests.shared import scenario_of
+from tests.world import shared
 from tests.world.shared import absent, run_of
 from world.faults import Faults, Health, Spell
 from world.fleet.liveness import AWAY
 from world.host.run import Run
 from world.measure.progress import STALLED
 from world.simulate import Simulation
-from world.tasks.tasks import REST
 from world.views.status import states
 
 DONE = Activity.DONE
@@ -75,10 +75,7 @@ def run(pace: Pace, limit: float, **fields: Any) -> Run:  # noqa: ANN401
 
 
 def step(one: Run, *done: str) -> None:
-    for name in done:
-        said = msgspec.structs.replace(REST, tick=one.world.tick, activity=DONE, reached=[True])
-        one.last.take(name, said, 0, one.world.tick)
-    one.step()
+    shared.step(one, **{name: {"activity": DONE, "reached": [True]} for name in done})
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,6 @@ Its input is made of true poses and the robots' declarations, only while they ar
 
 from collections.abc import Iterable, Sequence
 
-import msgspec
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -16,6 +15,7 @@ from swarm.traffic.lattice.cell_map import OUTSIDE
 from swarm.traffic.peers.records import TrafficNote
 from tests.shared import ROOM, scenario_of
 from tests.traffic.maps import SIDE, Drawn
+from tests.world.shared import command
 from world.measure.cell_watch import STUCK, TrafficWatch, Watch, Watched
 from world.measure.state import Fault
 from world.tasks.tasks import REST
@@ -282,7 +282,7 @@ AT = {HERE: Pose(2.5, 3.5, 0.0), BESIDE: Pose(3.5, 3.5, 0.0), THERE: Pose(6.5, 3
 
 def say(*held: int, activity: Activity = Activity.DRIVE, waits: tuple[str, ...] = (), notes: int = 0) -> Command:
     plans = [("joint_plan", "leads 2 robots")] * notes
-    return msgspec.structs.replace(REST, held=list(held), activity=activity, waits=list(waits), notes=plans)
+    return command(held=list(held), activity=activity, waits=list(waits), notes=plans)
 
 
 def traffic_watch() -> TrafficWatch:

@@ -5,17 +5,16 @@ import struct
 from collections.abc import Sequence
 from math import inf, nextafter, pi
 
-import msgspec
 import pytest
 
 from swarm.geometry import Pose
 from swarm.maps.text import from_text
-from swarm.messages import Activity, Command
+from swarm.messages import Activity
 from tests.shared import scenario_of
+from tests.world.shared import command
 from world.bodies.shapes import Contact
 from world.measure.contact_cause import MOVES
 from world.measure.recorder import PARTED, Recorder
-from world.tasks.tasks import REST
 
 SCENARIO = scenario_of()
 DT = 0.25  # s; sums of it are exact
@@ -29,10 +28,6 @@ def recorder(*starts: Pose, dt: float = DT) -> Recorder:
     record = Recorder(SCENARIO, poses, dt)
     record.poses(poses)
     return record
-
-
-def doing(activity: Activity = Activity.DRIVE, **fields: object) -> Command:
-    return msgspec.structs.replace(REST, activity=activity, **fields)
 
 
 # --- contacts ---
@@ -149,7 +144,7 @@ def test_who_gives_way_or_has_no_way_waits(name: str) -> None:
     activities, ticks = WAITS[name]
     record = recorder(A, B)
     for activity in activities:
-        record.doing([doing(activity), doing()])
+        record.doing([command(activity=activity), command()])
     assert record.counts.waiting == [ticks * DT, 0.0]
 
 

@@ -12,10 +12,10 @@ from swarm.geometry import Pose
 from swarm.messages import COMMAND, VERSION, Activity, Command, Steering
 from swarm.scenario.load import Scenario
 from tests.shared import constant_rules, scenario_of, with_settings
+from tests.world.shared import command
 from world.bodies.sensing import FreeDistances
 from world.measure.steering import BY, CLOSE, IDLE, SteeringWatch, classify
 from world.simulate import Simulation
-from world.tasks.tasks import REST
 from world.views.truth import truth
 from world.world import World
 
@@ -87,11 +87,6 @@ FAR = FreeDistances(1.6, 1.6, 1.6, [])
 TIGHT = FreeDistances(0.5, 0.9, 1.3, [])
 
 
-def command_of(left: float, right: float, **fields: object) -> Command:
-    changes = {"left": left, "right": right, "activity": Activity.DRIVE, **fields}
-    return msgspec.structs.replace(REST, **changes)
-
-
 def watch_of(scenario: Scenario, *starts: Pose) -> SteeringWatch:
     """Make a watch of robots that are far from everything at tick 0."""
     watch = SteeringWatch(scenario, starts)
@@ -128,12 +123,12 @@ BY_HAND = {  # of 8 ticks, 2 m and 2 rad
 
 def test_each_label_is_weighed_by_ticks_metres_and_angle() -> None:
     """r2 has nothing to do and stands: it is in no sum."""
-    pose, idle = AT, command_of(0.0, 0.0, activity=Activity.DONE)
+    pose, idle = AT, command(0.0, 0.0, activity=Activity.DONE)
     watch = watch_of(BEND, AT, BESIDE)
     for name, metres, angle in PLANTED:
         commanded, label = LABELS[name]
         pose = Pose(pose.x, pose.y + metres, pose.yaw + angle)
-        watch.look([command_of(*commanded), idle], [pose, BESIDE])
+        watch.look([command(*commanded), idle], [pose, BESIDE])
         assert watch.state.labels == [label, BRAKED]
     assert watch.report() == BY_HAND
     assert [sum(weights) for weights in zip(*watch.state.weights.values(), strict=True)] == pytest.approx([8, 2.0, 2.0])
@@ -142,7 +137,7 @@ def test_each_label_is_weighed_by_ticks_metres_and_angle() -> None:
 def test_robots_are_summed_up_and_an_angle_is_the_shorter_way_round() -> None:
     watch = watch_of(BEND, AT, BESIDE)
     turned = Pose(4.5, 4.5, -3.1)  # 0.083 rad farther to the left
-    watch.look([command_of(FAST, SLOW), command_of(0.3, 0.3)], [Pose(2.5, 2.5, -(2 * pi - 6.2)), turned])
+    watch.look([command(FAST, SLOW), command(0.3, 0.3)], [Pose(2.5, 2.5, -(2 * pi - 6.2)), turned])
     got = watch.report()
     assert got["ticks"] == got["angle"] == shares(tables=0.5, tightened=0.0, turned=0.0, blended=0.5, braked=0.0)
     assert set(got["metres"].values()) == {0.0}, "nobody drove: no share of anything"
@@ -151,9 +146,9 @@ def test_robots_are_summed_up_and_an_angle_is_the_shorter_way_round() -> None:
 @pytest.mark.parametrize("activity", Activity)
 def test_a_robot_that_stands_is_braked_if_it_is_under_way(activity: Activity) -> None:
     watch = watch_of(BEND, AT)
-    watch.look([command_of(0.0, 0.0, activity=activity)], [AT])
+    watch.look([command(0.0, 0.0, activity=activity)], [AT])
     assert watch.report()["ticks"]["braked"] == (activity not in IDLE)
-    watch.look([command_of(FAST, SLOW, activity=activity)], [AT])
+    watch.look([command(FAST, SLOW, activity=activity)], [AT])
     assert watch.report()["ticks"]["tables"] == (1.0 if activity in IDLE else 0.5), "who drives is never idle"
 
 
@@ -162,7 +157,7 @@ def test_without_a_command_in_force_nothing_is_weighed() -> None:
     watch.look([None], [Pose(2.6, 2.5, 0.4)])
     assert watch.state.labels == [None]
     assert all(set(watch.report()[by].values()) == {0.0} for by in BY)
-    watch.look([command_of(FAST, SLOW)], [Pose(2.6, 2.5, 0.5)])
+    watch.look([command(FAST, SLOW)], [Pose(2.6, 2.5, 0.5)])
     assert watch.report()["angle"]["tables"] == 1.0, "of the 0.1 rad since then"
 
 
@@ -191,17 +186,17 @@ def test_the_tables_are_asked_with_the_sense_given_and_the_heading_and_scale_tol
     watch = SteeringWatch(with_settings(ROOM, robot={"distance_scale": unit}), [AT])
     watch.sensed(0, [TIGHT])
     speeds = asked(TIGHT, heading, scale, unit)
-    assert label_of(watch, command_of(*speeds, heading=heading, scale=scale)) is TABLES
-    assert label_of(watch, command_of(*speeds, heading=heading, scale=0.9 * scale)) is not TABLES
-    assert label_of(watch, command_of(*asked(TIGHT, heading, scale, 1.1 * unit), heading=heading)) is not TABLES
+    assert label_of(watch, command(*speeds, heading=heading, scale=scale)) is TABLES
+    assert label_of(watch, command(*speeds, heading=heading, scale=0.9 * scale)) is not TABLES
+    assert label_of(watch, command(*asked(TIGHT, heading, scale, 1.1 * unit), heading=heading)) is not TABLES
 
 
 def test_a_heading_to_the_left_is_positive_and_believed() -> None:
     watch = watch_of(ROOM, AT)
     speeds = asked(FAR, 1.0)
     assert speeds[0] < speeds[1], "to the left"
-    assert label_of(watch, command_of(*speeds, heading=1.0)) is TABLES
-    assert label_of(watch, command_of(*speeds, heading=-1.0)) is BLENDED
+    assert label_of(watch, command(*speeds, heading=1.0)) is TABLES
+    assert label_of(watch, command(*speeds, heading=-1.0)) is BLENDED
 
 
 def test_a_late_command_is_judged_by_the_sense_that_it_answers() -> None:
@@ -211,17 +206,17 @@ def test_a_late_command_is_judged_by_the_sense_that_it_answers() -> None:
     watch.sensed(0, [TIGHT])
     for tick in range(1, lasting + 1):
         watch.sensed(tick, [FAR])
-        assert label_of(watch, command_of(*speeds, tick=0)) is TABLES
-        assert label_of(watch, command_of(*speeds, tick=tick)) is not TABLES
+        assert label_of(watch, command(*speeds, tick=0)) is TABLES
+        assert label_of(watch, command(*speeds, tick=tick)) is not TABLES
     watch.sensed(lasting + 1, [FAR])
-    assert label_of(watch, command_of(*speeds, tick=0)) is BLENDED, "forgotten: no such command is in force"
-    assert label_of(watch, command_of(*speeds, tick=99)) is BLENDED, "of a tick that nobody was told of"
+    assert label_of(watch, command(*speeds, tick=0)) is BLENDED, "forgotten: no such command is in force"
+    assert label_of(watch, command(*speeds, tick=99)) is BLENDED, "of a tick that nobody was told of"
 
 
 def test_each_robot_is_judged_by_its_own_sense() -> None:
     watch = SteeringWatch(ROOM, [AT, BESIDE])
     watch.sensed(0, [TIGHT, FAR])
-    commands = [command_of(*asked(TIGHT, 0.0)), command_of(*asked(TIGHT, 0.0))]
+    commands = [command(*asked(TIGHT, 0.0)), command(*asked(TIGHT, 0.0))]
     watch.look(commands, [AT, BESIDE])
     assert watch.state.labels == [TABLES, BLENDED]
 
@@ -229,8 +224,8 @@ def test_each_robot_is_judged_by_its_own_sense() -> None:
 def test_scales_are_told_by_their_time_and_mean() -> None:
     watch = watch_of(ROOM, AT)
     for scale in (1.0, 0.4, 0.8, 1.0):
-        watch.look([command_of(0.2, 0.2, scale=scale)], [AT])
-    watch.look([command_of(0.0, 0.0, scale=0.4, activity=Activity.DONE)], [AT])  # asks nothing
+        watch.look([command(0.2, 0.2, scale=scale)], [AT])
+    watch.look([command(0.0, 0.0, scale=0.4, activity=Activity.DONE)], [AT])  # asks nothing
     assert watch.report()["scaled"] == {"time": pytest.approx(2 * 0.05), "mean": pytest.approx(0.6)}
 
 
@@ -239,7 +234,7 @@ def test_scales_are_told_by_their_time_and_mean() -> None:
 
 def test_a_label_that_a_robot_gives_itself_changes_nothing() -> None:
     world = World(ROOM, [AT], 1)
-    fields = msgspec.to_builtins(command_of(0.3, -0.3)) | {"v": VERSION, "steering": "tables"}
+    fields = msgspec.to_builtins(command(0.3, -0.3)) | {"v": VERSION, "steering": "tables"}
     world.step({"r1": decode(msgpack.packb(fields), Command, COMMAND.limit)})
     assert world.measures.steering.state.labels == [TURNED]
 
@@ -249,7 +244,7 @@ def test_the_world_judges_the_sense_it_gave_and_the_commands_in_force() -> None:
     lasting = round(COMMAND.timeout / world.dt)
     labels = []
     for tick in range(lasting + 3):
-        world.step({"r1": command_of(FAST, SLOW)} if tick == 0 else {})
+        world.step({"r1": command(FAST, SLOW)} if tick == 0 else {})
         labels.append(world.measures.steering.state.labels[0])
     assert labels == [TABLES] * (lasting + 1) + [None] * 2
     assert truth(world).bodies[0].steering is None

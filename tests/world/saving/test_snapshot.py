@@ -13,12 +13,11 @@ from swarm.geometry import Pose
 from swarm.messages import Edit, Kind, Order
 from swarm.scenario.load import Scenario
 from tests.shared import scenario_of, with_settings
-from tests.world.shared import NOISE, reborn, snapshot_of, through_file
+from tests.world.shared import NOISE, command, reborn, snapshot_of, through_file
 from world.bodies.physics import Physics
 from world.faults import Faults
 from world.saving import snapshot_file
 from world.simulate import Simulation
-from world.tasks.tasks import REST
 from world.world import World
 
 MOVERS: list[dict[str, Any]] = [
@@ -251,7 +250,7 @@ def pressed(file: Path | None) -> tuple[str, list[int]]:
     for tick in range(130):
         speed = 0.5 if tick % 50 < 40 else -0.2
         world.step({
-            name: msgspec.structs.replace(REST, tick=tick, left=speed, right=speed + 0.05 * number)
+            name: command(speed, speed + 0.05 * number, tick=tick)
             for number, name in enumerate(world.robots)
         })  # fmt: skip
         touching += [tick] * bool(world.bodies.physics.touching)

@@ -2,16 +2,15 @@
 
 from typing import Any
 
-import msgspec
 import pytest
 
 from swarm.errors import PeerError
 from swarm.geometry import distance
 from swarm.messages import Activity, Order, RobotAction, RobotDo
 from tests.shared import scenario_of
+from tests.world.shared import command
 from world.faults import Faults, Health, Spell
 from world.simulate import Simulation
-from world.tasks.tasks import REST
 
 ROOMS = """\
 ############
@@ -91,16 +90,16 @@ def test_the_stops_are_told_until_the_robot_has_taken_them_over() -> None:
         sense = world.senses(lockstep=True)["r1"]
         assert sense.assigned is not None
         assert (sense.assigned.number, len(sense.bearings)) == (1, 3)
-        world.step({"r1": msgspec.structs.replace(REST, tick=world.tick, activity=Activity.DONE, reached=[True] * 2)})
+        world.step({"r1": command(tick=world.tick, activity=Activity.DONE, reached=[True] * 2)})
         assert world.tasks.unfinished == ["r1"]
-    world.step({"r1": msgspec.structs.replace(REST, tick=world.tick, assignment=1)})
+    world.step({"r1": command(tick=world.tick, activity=Activity.READY, assignment=1)})
     assert world.senses(lockstep=True)["r1"].assigned is None
 
 
 def test_what_a_robot_says_about_stops_that_it_no_longer_has_does_not_count() -> None:
     world = simulation_of(robots=1).world
     world.request("r1", order((7.5, 2.5)))
-    said = msgspec.structs.replace(REST, tick=0, reached=[True, True], unreachable=[0], activity=Activity.DRIVE)
+    said = command(tick=0, reached=[True, True], unreachable=[0])
     assert world.step({"r1": said}) == []
     assert world.tasks.missions.left == [0]
 
@@ -156,10 +155,9 @@ def test_a_planned_request_that_is_refused_becomes_an_event() -> None:
 
 def test_the_world_stops_a_robot_whatever_it_commands() -> None:
     world = simulation_of(robots=1).world
-    drive = {"left": 0.8, "right": 0.8, "activity": Activity.DRIVE}
 
     def step() -> float:
-        world.step({"r1": msgspec.structs.replace(REST, tick=world.tick, **drive)})
+        world.step({"r1": command(0.8, 0.8, tick=world.tick)})
         return world.bodies.wheels[0][0]
 
     most = world.settings.robot.wheel_acceleration * world.dt

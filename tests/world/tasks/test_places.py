@@ -6,7 +6,6 @@ from itertools import combinations
 from pathlib import Path
 from typing import Any, Final
 
-import msgspec
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -16,11 +15,10 @@ from swarm.geometry import distance
 from swarm.messages import JOIN, PLACES, Activity, Join, Liveness, Order, Phase, Places, PoolTargets
 from swarm.settings import MOST_ROBOTS
 from tests.shared import scenario_of
-from tests.world.shared import NOISE, ask, reborn, run_of
+from tests.world.shared import NOISE, ask, command, reborn, run_of
 from world.host.run import Run
 from world.simulate import Simulation
 from world.tasks.places import MOST_AT_ONCE, REMEMBERED, Spots
-from world.tasks.tasks import REST
 
 FREE: Final = (7.5, 4.5, 1.0)
 LENGTH: Final = 25.0  # s
@@ -218,7 +216,7 @@ def test_a_place_is_free_to_take_and_stays_open_after_a_restart() -> None:
 
 def test_in_lockstep_a_place_that_nobody_takes_does_not_keep_the_clock_running() -> None:
     one = staying()
-    done = msgspec.structs.replace(REST, activity=Activity.DONE, reached=[True])
+    done = command(activity=Activity.DONE, reached=[True])
     one.last.commands = {"r1": done, "r2": done}
     one.step()
     assert one.stands

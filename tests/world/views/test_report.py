@@ -10,7 +10,6 @@ other, for ever. r3 gives its only stop up.
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
-import msgspec
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -20,7 +19,7 @@ from swarm.messages import Activity, Command
 from swarm.scenario.load import Scenario
 from swarm.scenario.prepare import planning_grid
 from tests.shared import scenario_of
-from world.tasks.tasks import REST
+from tests.world.shared import command
 from world.views.metrics import shortest_length, shortest_lengths
 from world.views.report import listed, missing, report
 from world.world import World
@@ -80,9 +79,8 @@ def run(ticks: int = TICKS) -> World:
     for tick in range(ticks):
         commands: dict[str, Command] = {}
         for name, says in HAND.items():
-            fields = {"run": 0, "tick": tick, "held": CELLS[name], **says(tick)}
-            fields |= {"heading": 1.0}  # the tables would turn to the left: nobody drives as they say
-            commands[name] = msgspec.structs.replace(REST, **fields)
+            fields = {"activity": Activity.READY, "tick": tick, "held": CELLS[name], **says(tick)}
+            commands[name] = command(heading=1.0, **fields)  # the tables would turn left: nobody drives as they say
         world.step(commands)
     return world
 
@@ -172,7 +170,7 @@ def test_a_complete_run_needs_no_reason_and_a_clock_that_stood_gives_no_factor()
     floor = scenario_of(targets=[[2.5, 2.5]], return_home=False)
     world = World(floor, [AT[0]], 1)
     for _ in range(2):
-        world.step({"r1": msgspec.structs.replace(REST, reached=[True], activity=Activity.DONE)})
+        world.step({"r1": command(reached=[True], activity=Activity.DONE)})
     summary = report(
         world, shortest_lengths(world, planning_grid(floor)), scenario="s", seed=1, robots_per_process=1, pace="max",
         wall_time=0.0, late_commands=0, tick_wall=None, reason="late",
