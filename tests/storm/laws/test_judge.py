@@ -45,6 +45,17 @@ def holding(history: History, robot: str, cell: int, **fields: object) -> Histor
     return with_commands(history, change)
 
 
+def with_own(words: Broadcast, **fields: object) -> Broadcast:
+    """Return a broadcast whose record of its own robot says something else."""
+    assert words.traffic is not None
+    return changed(words, traffic=changed(words.traffic, own=changed(words.traffic.own, **fields)))
+
+
+def with_sense(moment: Moment, robot: str, **fields: object) -> Moment:
+    """Return a moment in which a robot senses something else."""
+    return moment._replace(senses={**moment.senses, robot: changed(moment.senses[robot], **fields)})
+
+
 def overlap(history: History) -> History:
     return holding(history, "r1", min(held(history, "r2")), unconstrained=True)
 
@@ -57,13 +68,9 @@ def hearing(history: History, change: Callable[[list[tuple[str, int]]], list[tup
     """Let r2 hear something else than what was sent, once."""
     tick = next(moment.tick for moment in history.moments if moment.tick >= TICK and moment.senses["r2"].hears)
 
-    def at_once(moment: Moment) -> Moment:
-        if moment.tick != tick:
-            return moment
-        sense = moment.senses["r2"]
-        return moment._replace(senses=dict(moment.senses) | {"r2": changed(sense, hears=change(sense.hears))})
-
-    return with_moments(history, at_once)
+    return with_moments(
+        history, lambda m: with_sense(m, "r2", hears=change(m.senses["r2"].hears)) if m.tick == tick else m
+    )
 
 
 def deafened(history: History) -> History:
@@ -77,12 +84,7 @@ def misdated(history: History) -> History:
 
 def deaf_ear(history: History) -> History:
     """Nobody acknowledges anything."""
-
-    def change(name: str, words: Broadcast) -> Broadcast:
-        assert words.traffic is not None
-        return changed(words, traffic=changed(words.traffic, own=changed(words.traffic.own, acks=())))
-
-    return with_words(history, change)
+    return with_words(history, lambda name, words: with_own(words, acks=()))
 
 
 def claimed(history: History, robot: str, change: Callable[[Claim], Claim]) -> History:
@@ -93,9 +95,8 @@ def claimed(history: History, robot: str, change: Callable[[Claim], Claim]) -> H
         if moment.tick != said[-1]:
             return moment
         words = moment.spoken[robot]
-        assert words.traffic is not None
-        own = changed(words.traffic.own, claims=(change(words.traffic.own.claims[0]), *words.traffic.own.claims))
-        return moment._replace(spoken={**moment.spoken, robot: changed(words, traffic=changed(words.traffic, own=own))})
+        first, *others = claims_of(words)
+        return moment._replace(spoken={**moment.spoken, robot: with_own(words, claims=(change(first), first, *others))})
 
     return with_moments(history, alter)
 
@@ -116,8 +117,7 @@ def agreeing(history: History, more: Callable[[Record, Claim], dict[str, object]
         if name != "r2" or not acks or done:
             return words
         done = True
-        own = words.traffic.own
-        return changed(words, traffic=changed(words.traffic, own=changed(own, **more(own, said[acks[0]]))))
+        return with_own(words, **more(words.traffic.own, said[acks[0]]))
 
     return with_words(history, change)
 
@@ -129,9 +129,7 @@ def saying(history: History, robot: str, tick: int, more: Callable[[Record], dic
         words = moment.spoken.get(robot)
         if words is None or words.traffic is None or moment.tick < tick:
             return moment
-        own = words.traffic.own
-        traffic = changed(words.traffic, own=changed(own, **more(own)))
-        return moment._replace(spoken={**moment.spoken, robot: changed(words, traffic=traffic)})
+        return moment._replace(spoken={**moment.spoken, robot: with_own(words, **more(words.traffic.own))})
 
     return with_moments(history, alter)
 
@@ -203,11 +201,7 @@ def too_fast(history: History) -> History:
     way = next(way for way, cell in ahead if cell not in {OUTSIDE, *held(history, "r1")})
     speed = sqrt(2 * robot.wheel_acceleration * (way + robot.radius))
 
-    def alter(moment: Moment) -> Moment:
-        sense = changed(moment.senses["r1"], linear=speed, angular=0.0)
-        return moment._replace(senses={**moment.senses, "r1": sense})
-
-    return with_moments(history, lambda moment: alter(moment) if moment.tick == TICK else moment)
+    return with_moments(history, lambda m: with_sense(m, "r1", linear=speed, angular=0.0) if m.tick == TICK else m)
 
 
 def taken_back(history: History) -> History:
@@ -285,7 +279,7 @@ def sensing(history: History, from_tick: int, **fields: object) -> History:
     def plant(moment: Moment) -> Moment:
         if moment.tick < from_tick or "r1" not in moment.senses:
             return moment
-        return moment._replace(senses={**moment.senses, "r1": changed(moment.senses["r1"], **fields)})
+        return with_sense(moment, "r1", **fields)
 
     return with_moments(history, plant)
 
