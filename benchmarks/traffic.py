@@ -197,7 +197,7 @@ def run(case: Case, seed: int) -> Ran:
 
     report = simulation.run(limit=LIMIT, watch=settling.look, over=over)
     marked = simulation.drill.struck
-    faults = world.measures.reservations.watch.state.faults
+    faults = world.measures.reservations.state.watch.faults
     others = sum(fault.kind == "overlap" and not marked.isdisjoint(fault.robots) for fault in faults)
     per_robot = report["per_robot"].values()
     bounds = [bound(cells, start, world.tasks.missions.stops(number)) for number, start in enumerate(world.starts)]

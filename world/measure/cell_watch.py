@@ -1,17 +1,13 @@
 """A checker that sees every robot and shares nothing with their planners: do holds overlap, do bodies stay in them?"""
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from itertools import islice
 from math import hypot
 from typing import Final, NamedTuple
 
 from swarm.geometry import Pose
-from swarm.maps.occupancy import OccupancyMap
 from swarm.messages import Activity, Command
-from swarm.settings import Settings
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
-from swarm.traffic.lattice.placement import cells_of
-from swarm.traffic.peers.records import TrafficNote
 from world.measure.state import Fault, TrafficState, WatchState
 from world.measure.steering import IDLE
 
@@ -33,17 +29,39 @@ class Watched(NamedTuple):
 Found = tuple[str, tuple[str, ...], tuple[int, ...]]  # kind, robots, cells
 
 
-class Watch:
-    """The faults as they begin, and the counts for the report; it is fed every tick."""
+class TrafficWatch:
+    """The faults as they begin, and the counts for the report, from true poses and the cells that robots declare."""
 
-    def __init__(self, cells: CellMap, radius: float, tick: float) -> None:
-        """Begin with a robot's ``radius`` [m] and the length of a ``tick`` [s]."""
+    def __init__(self, cells: CellMap, robots: Sequence[str], radius: float, tick: float) -> None:
+        """Begin with the names of the ``robots``, their ``radius`` [m] and the length of a ``tick`` [s]."""
         self.cells, self.radius, self.tick = cells, radius, tick
-        self.state = WatchState()
+        self._robots = robots
+        self.state = TrafficState(poses=(), watch=WatchState())
 
-    def look(self, tick: int, robots: Mapping[str, Watched], events: Iterable[TrafficNote] = ()) -> list[Fault]:
+    def add_robot(self, start: Pose) -> None:
+        """Judge one more robot from now on; its name is in the list of robots already."""
+        self.state.poses = [*self.state.poses, start] if self.state.poses else ()
+
+    def look(
+        self, tick: int, poses: Sequence[Pose], fresh: Mapping[str, Command], last: Sequence[Command]
+    ) -> list[Fault]:
+        """Return the faults of a tick, judged from all poses, the ``fresh`` commands and each robot's last command."""
+        before, self.state.poses = self.state.poses or poses, poses
+        robots, plans = dict[str, Watched](), 0
+        for number, name in enumerate(self._robots):
+            command = last[number]
+            if not command.held and command.activity is Activity.READY:
+                continue  # the robot has not sent a command yet
+            wants = command.activity not in IDLE
+            moved = poses[number] != before[number]
+            robots[name] = Watched(poses[number], command.held, wants, moved, command.waits, not command.held)
+            plans += sum(kind == "joint_plan" for kind, _ in command.notes) if name in fresh else 0
+        self.state.watch.joint_plans += plans
+        return self.judge(tick, robots)
+
+    def judge(self, tick: int, robots: Mapping[str, Watched]) -> list[Fault]:
         """Check one tick; return the faults that begin in it."""
-        state = self.state
+        state = self.state.watch
         mutes = {robot: seen for robot, seen in robots.items() if seen.mute}
         robots = {robot: seen for robot, seen in robots.items() if not seen.mute} if mutes else robots
         now = [*self._overlaps(robots), *self._outside(robots), *self._contacts(robots)]
@@ -52,7 +70,6 @@ class Watch:
         begun = [Fault(tick, *what) for what in now if what[:2] not in state.running]
         state.running = {what[:2] for what in now}
         state.faults += begun
-        state.joint_plans += sum(event.kind == "joint_plan" for event in events)
         self._count_waits(robots)
         return begun
 
@@ -84,7 +101,7 @@ class Watch:
         An "intrusion" is a mute robot that drove into a cell that another robot held, or began in it. It is an
         "overlap" of the two if the other took the cell after the mute robot was in it.
         """
-        state = self.state
+        state = self.state.watch
         under = {
             robot: set(self.cells.touched(seen.pose.x, seen.pose.y, self.radius - NUMERIC)) - {OUTSIDE}
             for robot, seen in mutes.items()
@@ -108,7 +125,7 @@ class Watch:
 
     def _contacts(self, robots: Mapping[str, Watched]) -> list[Found]:
         found: list[Found] = []
-        state, width = self.state, 2 * self.radius
+        state, width = self.state.watch, 2 * self.radius
         places = sorted((seen.pose.x, seen.pose.y, robot) for robot, seen in robots.items())
         for number, (ax, ay, one) in enumerate(places):
             for bx, by, other in islice(places, number + 1, None):
@@ -124,7 +141,7 @@ class Watch:
         return sorted(found)
 
     def _count_waits(self, robots: Mapping[str, Watched]) -> None:
-        state = self.state
+        state = self.state.watch
         for robot, seen in robots.items():
             held_up = seen.wants_to_move and bool(seen.waits)
             state.conflicts += held_up and not state.waits.get(robot)
@@ -144,56 +161,12 @@ class Watch:
     def _circles_back(self, robot: str, still_long: Collection[str]) -> bool:
         """Return True if the waits among robots that stand lead from ``robot`` back to it."""
         seen: set[str] = set()
-        front = list(self.state.waits.get(robot, ()))
+        front = list(self.state.watch.waits.get(robot, ()))
         while front:
             other = front.pop()
             if other == robot:
                 return True
             if other not in seen and other in still_long:
                 seen.add(other)
-                front.extend(self.state.waits.get(other, ()))
+                front.extend(self.state.watch.waits.get(other, ()))
         return False
-
-
-class TrafficWatch:
-    """The input of `Watch`, which uses no planner: true poses and the cells that robots declare."""
-
-    def __init__(self, floor: OccupancyMap, settings: Settings, robots: Sequence[str]) -> None:
-        self._robots = robots
-        self._poses: Sequence[Pose] = ()
-        self.watch = Watch(cells_of(floor, settings), settings.robot.radius, 1.0 / settings.rate)
-
-    def add_robot(self, start: Pose) -> None:
-        """Judge one more robot from now on; its name is in the list of robots already."""
-        self._poses = [*self._poses, start] if self._poses else ()
-
-    @property
-    def state(self) -> TrafficState:
-        """The state, which shares its values with this object."""
-        return TrafficState(poses=self._poses, watch=self.watch.state)
-
-    def restore(self, state: TrafficState) -> None:
-        """Continue from a state."""
-        self._poses, self.watch.state = state.poses, state.watch
-
-    def set_floor(self, floor: OccupancyMap, settings: Settings) -> None:
-        """Judge against the cells of this floor from now on."""
-        self.watch.cells = cells_of(floor, settings)
-
-    def look(
-        self, tick: int, poses: Sequence[Pose], fresh: Mapping[str, Command], last: Sequence[Command]
-    ) -> list[Fault]:
-        """Return the faults of a tick, judged from all poses, the ``fresh`` commands and each robot's last command."""
-        before = self._poses or poses
-        self._poses = poses
-        robots, events = {}, []
-        for number, name in enumerate(self._robots):
-            command = last[number]
-            if not command.held and command.activity is Activity.READY:
-                continue  # the robot has not sent a command yet
-            wants = command.activity not in IDLE
-            moved = poses[number] != before[number]
-            robots[name] = Watched(poses[number], command.held, wants, moved, command.waits, not command.held)
-            if name in fresh:
-                events += [TrafficNote(kind, (name,), text) for kind, text in command.notes]
-        return self.watch.look(tick, robots, events)

@@ -7,6 +7,7 @@ from swarm.maps.occupancy import OccupancyMap
 from swarm.messages import Command
 from swarm.scenario.load import Scenario
 from swarm.traffic.lattice.cell_map import CellMap
+from swarm.traffic.lattice.placement import cells_of
 from world.bodies.bodies import Moved
 from world.bodies.said import Said
 from world.measure.cell_watch import TrafficWatch
@@ -22,8 +23,9 @@ class Measures:
 
     def __init__(self, scenario: Scenario, starts: Sequence[Pose], robots: Sequence[str]) -> None:
         self._settings, self._robots = scenario.settings, robots
-        self.recorder = Recorder(scenario, starts, 1.0 / scenario.settings.rate)
-        self.reservations = TrafficWatch(scenario.map, scenario.settings, robots)
+        dt, radius = 1.0 / scenario.settings.rate, scenario.settings.robot.radius
+        self.recorder = Recorder(scenario, starts, dt)
+        self.reservations = TrafficWatch(cells_of(scenario.map, scenario.settings), robots, radius, dt)
         self.progress = ProgressWatch(len(starts))
         self.steering = SteeringWatch(scenario, starts)
         self.verdict = Verdict()
@@ -37,13 +39,13 @@ class Measures:
     def restore(self, state: MeasuresState) -> None:
         """Continue from a state."""
         self.recorder.restore(state.recorder)
-        self.reservations.restore(state.reservations)
-        self.progress.state, self.steering.state, self.verdict.state = state.progress, state.steering, state.verdict
+        self.reservations.state, self.progress.state = state.reservations, state.progress
+        self.steering.state, self.verdict.state = state.steering, state.verdict
 
     @property
     def cells(self) -> CellMap:
         """The cells of the floor as it is."""
-        return self.reservations.watch.cells
+        return self.reservations.cells
 
     def add_robot(self, start: Pose, time: float) -> None:
         """Measure one more robot from a time [s] on."""
@@ -55,7 +57,7 @@ class Measures:
     def set_floor(self, floor: OccupancyMap) -> None:
         """Measure on this floor from now on."""
         self.recorder.judge.set_floor(floor)
-        self.reservations.set_floor(floor, self._settings)
+        self.reservations.cells = cells_of(floor, self._settings)
 
     def begin(self, robot: int, time: float) -> None:
         """Judge a robot that was asked for something else from a time [s] on."""

@@ -49,7 +49,7 @@ class Fault(NamedTuple):
 
 
 class WatchState(State, kw_only=True):
-    """The state of `Watch`."""
+    """What `TrafficWatch` has found and counted."""
 
     faults: list[Fault] = []
     conflicts: int = 0  # times a robot began to wait for another

@@ -98,7 +98,7 @@ def _pool(world: World) -> dict[str, Any]:
 
 def _traffic(world: World) -> dict[str, Any]:
     """Return the counts of the traffic watch."""
-    watch = world.measures.reservations.watch.state
+    watch = world.measures.reservations.state.watch
     kinds = [fault.kind for fault in watch.faults]
     for_good = not world.tasks.complete and not watch.stuck and world.stands_for_good
     return {

@@ -35,7 +35,7 @@ def test_robots_without_targets_wait_where_they_are_and_then_carry_out_orders(ho
         simulation.step()
     assert world.finished
     assert world.tasks.complete
-    side = world.measures.reservations.watch.cells.side
+    side = world.measures.cells.side
     assert all(distance(*pair) < side for pair in zip(world.poses(), world.starts, strict=True)), "each has one cell"
     world.request("r1", Order(id="a", targets=[THERE]))
     while not world.finished:

@@ -12,11 +12,11 @@ from hypothesis import strategies as st
 from swarm.geometry import Pose
 from swarm.messages import Activity, Command
 from swarm.traffic.lattice.cell_map import OUTSIDE
-from swarm.traffic.peers.records import TrafficNote
+from swarm.traffic.lattice.placement import cells_of
 from tests.shared import ROOM, scenario_of
 from tests.traffic.maps import SIDE, Drawn
 from tests.world.shared import command
-from world.measure.cell_watch import STUCK, TrafficWatch, Watch, Watched
+from world.measure.cell_watch import STUCK, TrafficWatch, Watched
 from world.measure.state import Fault
 from world.tasks.tasks import REST
 from world.world import World
@@ -28,8 +28,8 @@ SECOND = 1.0  # s, a tick in tests of waiting
 MM = 0.001  # m
 
 
-def watch(tick: float = 0.05) -> Watch:
-    return Watch(FLOOR.cells, RADIUS, tick)
+def watch(tick: float = 0.05) -> TrafficWatch:
+    return TrafficWatch(FLOOR.cells, (), RADIUS, tick)
 
 
 def centre(name: str) -> tuple[float, float]:
@@ -52,11 +52,11 @@ def at(
     return Watched(Pose(x + dx, y + dy, 0.0), cells, wants, moved, tuple(waits))
 
 
-def fed(ticks: Iterable[dict[str, Watched]], tick: float = 0.05) -> Watch:
+def fed(ticks: Iterable[dict[str, Watched]], tick: float = 0.05) -> TrafficWatch:
     """Show a new watch these ticks."""
     watching = watch(tick)
     for number, robots in enumerate(ticks):
-        watching.look(number, robots)
+        watching.judge(number, robots)
     return watching
 
 
@@ -89,7 +89,7 @@ def test_overlapping_holds_are_counted_as_they_begin(name: str) -> None:
     ticks, planted = OVERLAPS[name]
     watching = fed(ticks)
     expected = [Fault(tick, "overlap", robots, tuple(CELL[c] for c in cells)) for tick, robots, cells in planted]
-    assert [fault._replace(where=tuple(sorted(fault.where))) for fault in watching.state.faults] == [
+    assert [fault._replace(where=tuple(sorted(fault.where))) for fault in watching.state.watch.faults] == [
         fault._replace(where=tuple(sorted(fault.where))) for fault in expected
     ]
 
@@ -122,9 +122,9 @@ OUTSIDES: dict[str, tuple[Watched, list[int]]] = {
 def test_a_body_outside_its_cells_is_seen_to_the_millimetre(name: str) -> None:
     seen, where = OUTSIDES[name]
     watching = fed([{"r1": seen}, {"r1": seen}])
-    assert len(watching.state.faults) == bool(where)
-    assert sorted(cell for fault in watching.state.faults for cell in fault.where) == sorted(where)
-    assert all(fault[:3] == (0, "outside", ("r1",)) for fault in watching.state.faults)
+    assert len(watching.state.watch.faults) == bool(where)
+    assert sorted(cell for fault in watching.state.watch.faults for cell in fault.where) == sorted(where)
+    assert all(fault[:3] == (0, "outside", ("r1",)) for fault in watching.state.watch.faults)
 
 
 def beside(gap: float, dy: float = 0.0) -> dict[str, Watched]:
@@ -136,15 +136,15 @@ def beside(gap: float, dy: float = 0.0) -> dict[str, Watched]:
 @pytest.mark.parametrize(("gap", "touches"), [(MM, 0), (1e-9, 0), (-1e-9, 1), (-MM, 1), (-0.3, 1)])
 def test_bodies_that_meet_are_a_contact(gap: float, touches: int) -> None:
     watching = fed([beside(gap), beside(gap)])
-    faults = [fault for fault in watching.state.faults if fault.kind == "contact"]
+    faults = [fault for fault in watching.state.watch.faults if fault.kind == "contact"]
     assert faults == [Fault(0, "contact", ("r1", "r2"), (CELL["f"],))] * touches, "in the cell of the first of the two"
-    assert watching.state.least_gap == pytest.approx(gap, abs=1e-12)
+    assert watching.state.watch.least_gap == pytest.approx(gap, abs=1e-12)
 
 
 def test_the_least_gap_is_of_any_pair_at_any_tick() -> None:
-    assert fed([{"r1": at("a")}]).state.least_gap == float("inf")
+    assert fed([{"r1": at("a")}]).state.watch.least_gap == float("inf")
     near, far = {"r1": at("a"), "r2": at("c"), "r3": at("d", dx=-0.3)}, APART
-    assert fed([far, near, far]).state.least_gap == pytest.approx(SIDE - 0.3 - 2 * RADIUS)
+    assert fed([far, near, far]).state.watch.least_gap == pytest.approx(SIDE - 0.3 - 2 * RADIUS)
 
 
 @given(st.lists(st.tuples(*[st.sets(st.sampled_from("abcdefghijkl"), max_size=4)] * 3), max_size=12))
@@ -158,13 +158,13 @@ def test_any_history_of_holds_counts_each_beginning_once(history: list[tuple[set
         owners = ({name for name, cells in zip(names, held, strict=True) if cell in cells} for cell in CELL)
         groups.append({tuple(sorted(group)) for group in owners if len(group) > 1})
     begun = sum(len(now - before) for before, now in zip([set(), *groups], groups, strict=False))
-    assert [fault.kind for fault in fed(ticks).state.faults].count("overlap") == begun
+    assert [fault.kind for fault in fed(ticks).state.watch.faults].count("overlap") == begun
 
 
 # --- waiting ---
 
 
-def waiting(waits: dict[str, Sequence[str]], tick: float = SECOND) -> Watch:
+def waiting(waits: dict[str, Sequence[str]], tick: float = SECOND) -> TrafficWatch:
     """Let robots stand in the cells they are named by; a row says for each tick for whom, letter by letter.
 
     ``x``: it wants nothing, ``-`` or ``+``: it drives, ``.``: it waits for nobody.
@@ -197,8 +197,8 @@ CONFLICTS = {
 def test_waits_are_counted_as_they_begin_and_timed_as_they_last(name: str) -> None:
     waits, conflicts, seconds = CONFLICTS[name]
     watching = waiting({"a": waits, "b": ["-"] * len(waits), "c": ["-"] * len(waits)})
-    assert watching.state.conflicts == conflicts
-    assert watching.state.waiting == ({"a": seconds} if seconds else {})
+    assert watching.state.watch.conflicts == conflicts
+    assert watching.state.watch.waiting == ({"a": seconds} if seconds else {})
 
 
 # fmt: off
@@ -217,7 +217,7 @@ LONGEST = {
 @pytest.mark.parametrize("name", LONGEST)
 def test_the_longest_wait_is_the_longest_time_that_one_stood_and_wanted_to_go_on(name: str) -> None:
     waits, seconds = LONGEST[name]
-    assert waiting({"a": waits, "b": ["-"] * len(waits)}).state.longest_wait == pytest.approx(seconds)
+    assert waiting({"a": waits, "b": ["-"] * len(waits)}).state.watch.longest_wait == pytest.approx(seconds)
 
 
 STANDS = round(STUCK / SECOND)  # ticks of standing before a robot counts in a circle
@@ -250,7 +250,7 @@ CIRCLES: dict[str, tuple[dict[str, Sequence[str]], int]] = {
 @pytest.mark.parametrize("name", CIRCLES)
 def test_a_deadlock_is_a_circle_of_waits_among_robots_that_stand(name: str) -> None:
     waits, deadlocks = CIRCLES[name]
-    assert waiting(waits).state.deadlocks == deadlocks
+    assert waiting(waits).state.watch.deadlocks == deadlocks
 
 
 @pytest.mark.parametrize("tick", [0.05, 0.1, 0.5])
@@ -258,18 +258,10 @@ def test_seconds_are_seconds_at_any_rate(tick: float) -> None:
     ticks = round(STUCK / tick)
     row: dict[str, Sequence[str]] = {"a": ["b"] * (2 * ticks - 1), "b": ["a"] * (2 * ticks - 1)}
     watching = waiting(row, tick)
-    assert watching.state.deadlocks == 1
-    assert watching.state.longest_wait == pytest.approx((2 * ticks - 1) * tick)
-    assert watching.state.waiting == pytest.approx(dict.fromkeys(row, (2 * ticks - 1) * tick))
-    assert waiting({name: waits[1:] for name, waits in row.items()}, tick).state.deadlocks == 0
-
-
-def test_joint_plans_are_counted_by_their_events() -> None:
-    watching = watch()
-    plan, refused = TrafficNote("joint_plan", ("r1", "r2"), "r1 leads"), TrafficNote("refused", ("r1",), "no")
-    for number, events in enumerate(([plan], [], [refused, plan, plan])):
-        watching.look(number, APART, events)
-    assert watching.state.joint_plans == 3
+    assert watching.state.watch.deadlocks == 1
+    assert watching.state.watch.longest_wait == pytest.approx((2 * ticks - 1) * tick)
+    assert watching.state.watch.waiting == pytest.approx(dict.fromkeys(row, (2 * ticks - 1) * tick))
+    assert waiting({name: waits[1:] for name, waits in row.items()}, tick).state.watch.deadlocks == 0
 
 
 # --- what it is fed: true poses and declarations ---
@@ -281,12 +273,12 @@ AT = {HERE: Pose(2.5, 3.5, 0.0), BESIDE: Pose(3.5, 3.5, 0.0), THERE: Pose(6.5, 3
 
 
 def say(*held: int, activity: Activity = Activity.DRIVE, waits: tuple[str, ...] = (), notes: int = 0) -> Command:
-    plans = [("joint_plan", "leads 2 robots")] * notes
+    plans = [("joint_plan", "leads 2 robots"), ("refused", "no")] * notes
     return command(held=list(held), activity=activity, waits=list(waits), notes=plans)
 
 
 def traffic_watch() -> TrafficWatch:
-    return TrafficWatch(SCENARIO.map, SCENARIO.settings, ("r1", "r2"))
+    return TrafficWatch(cells_of(SCENARIO.map, SCENARIO.settings), ("r1", "r2"), RADIUS, 1.0 / SCENARIO.settings.rate)
 
 
 def test_true_poses_are_judged_by_what_was_declared_last() -> None:
@@ -315,7 +307,7 @@ def test_who_is_done_or_not_told_to_go_waits_for_nobody() -> None:
         watching = traffic_watch()
         last = [say(HERE, waits=("r2",), activity=activity), say(THERE)]
         watching.look(0, [AT[HERE], AT[THERE]], {}, last)
-        assert watching.watch.state.conflicts == conflicts, activity
+        assert watching.state.watch.conflicts == conflicts, activity
 
 
 def test_who_moves_is_known_from_its_poses() -> None:
@@ -324,11 +316,11 @@ def test_who_moves_is_known_from_its_poses() -> None:
     for tick in range(6):  # r1 turns from the 3rd tick on, r2 stands
         watching.look(tick, [AT[HERE]._replace(yaw=max(0.0, 0.1 * (tick - 1))), AT[THERE]], {}, last)
     dt = 1.0 / SCENARIO.settings.rate
-    assert watching.watch.state.longest_wait == 6 * dt
+    assert watching.state.watch.longest_wait == 6 * dt
     moving = traffic_watch()
     for tick in range(6):
         moving.look(tick, [AT[HERE]._replace(yaw=0.1 * tick), AT[THERE]._replace(x=6.5 + 1e-9 * tick)], {}, last)
-    assert moving.watch.state.longest_wait == dt, "of the first tick, before which nothing is known"
+    assert moving.state.watch.longest_wait == dt, "of the first tick, before which nothing is known"
 
 
 def test_a_note_counts_when_it_comes_and_not_again_while_the_command_lasts() -> None:
@@ -336,7 +328,7 @@ def test_a_note_counts_when_it_comes_and_not_again_while_the_command_lasts() -> 
     told, last = say(HERE, notes=2), [say(HERE, notes=2), say(THERE)]
     watching.look(0, [AT[HERE], AT[THERE]], {"r1": told}, last)
     watching.look(1, [AT[HERE], AT[THERE]], {}, last)
-    assert watching.watch.state.joint_plans == 2
+    assert watching.state.watch.joint_plans == 2
 
 
 def test_a_fault_is_an_event_of_the_run() -> None:
@@ -351,6 +343,6 @@ def test_a_fault_is_an_event_of_the_run() -> None:
 def test_after_an_edit_bodies_are_judged_on_the_new_floor() -> None:
     watching = traffic_watch()
     wider = scenario_of("#" * 10 + "\n" + ROOM, traffic={"cell": 2.0, "offset": [0.0, 0.0]})
-    watching.set_floor(wider.map, wider.settings)
+    watching.cells = cells_of(wider.map, wider.settings)
     place = Pose(3.0, 3.0, 0.0)  # in the middle of the second cell of the second row, 5 cells a row
     assert watching.look(0, [place, AT[THERE]], {}, [say(1 * 5 + 1), REST]) == []

@@ -93,7 +93,7 @@ def test_a_mover_and_a_robot_that_could_not_stop_are_in_the_way() -> None:
 def test_no_more_robots_than_a_fleet_may_have() -> None:
     simulation = fleet()
     world = simulation.world
-    spots = Spots(world.settings, world.bodies.floor, world.measures.reservations.watch.cells, [], [], [], [])
+    spots = Spots(world.settings, world.bodies.floor, world.measures.cells, [], [], [], [])
     with pytest.raises(PeerError, match="expected at most 1000 robots, got 2 beside the 999 of now"):
         spots.starts(places(2), MOST_ROBOTS - 1)
 
@@ -153,7 +153,7 @@ def test_whoever_is_put_wherever_it_is_allowed_nobody_touches_and_no_cell_is_hel
     world = simulation.world
     assert world.robots == [f"r{number + 1}" for number in range(2 + opened)]
     assert world.measures.recorder.judge.smallest > 0.0
-    assert world.measures.reservations.watch.state.faults == []
+    assert world.measures.reservations.state.watch.faults == []
 
 
 def run(file: Path | None = None, **fields: Any) -> Mapping[str, Any]:  # noqa: ANN401
