@@ -1,4 +1,4 @@
-"""The answers to requests: buttons, edits of the map, and robots that want to join."""
+"""The answers to requests: buttons and what each does in each phase, edits of the map, robots that want to join."""
 
 from collections.abc import Sequence
 from typing import Final
