@@ -160,7 +160,7 @@ WORLDS: dict[str, dict[str, object]] = {  # fields of `plan_of`: two robots in t
 
 PLANTED: dict[str, tuple[str, str, tuple[Plant, ...]]] = {  # the law that it breaks; one of WORLDS, or profile and seed; what is replaced
     "held cells let go early": ("no hold without a claim", "one cell", (
-        Plant(RouteProgress, "released", lambda real: lambda self, touched, body, room=(): real(self, (), body, room)),)),
+        Plant(RouteProgress, "released", lambda real: lambda self, touched, *rest: real(self, (), *rest)),)),
     "margin lost": ("no body outside", "one cell", (traffic(margin=-0.02),)),
     "plan order ignored": ("all arrive", "crowd", (Plant(Following, "waits_for", always(None)),)),
     "take although held": ("takes only what is free", "claims 2", (Plant(TAKE, "somebody holds it", always(True)),)),
@@ -185,7 +185,7 @@ PLANTED: dict[str, tuple[str, str, tuple[Plant, ...]]] = {  # the law that it br
     "room taken without acknowledgement": ("no hold without a claim", "one cell", (
         Plant(Claiming, "step", room_unasked),)),
     "room never given back": ("all arrive", "swap", (
-        Plant(RouteProgress, "released", lambda real: lambda self, touched, body, room=(): real(self, touched, body, self.reservations.held)),)),
+        Plant(RouteProgress, "released", lambda real: lambda self, touched, body, room=(), *rest: real(self, touched, body, self.reservations.held, *rest)),)),
     "relayed records dropped": ("all arrive", "four", (Plant(PeerRecords, "hear", without_relayed),)),
     "brakes taken for twice as strong": ("room to brake", "movers 4", (
         Plant(cell_pilot, "SafetyFilter", lambda real: lambda settings: real(strong_brakes(settings))),)),

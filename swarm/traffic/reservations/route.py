@@ -70,9 +70,12 @@ class RouteProgress(NamedTuple):
         return len(held) - 1 - held[::-1].index(body) if body in held else 0
 
     def until(self, body: int, visits: int) -> int:
-        """Return the index of the body's cell, but none beyond the cell that the robot ``visits`` on its way first."""
+        """Return the index of the body's cell, but none beyond the cell that a joint plan leads over and it ``visits``.
+
+        Steps of a plan are not negative. A way of its own ends at that cell, or leads back from it.
+        """
         place, held = self.place(body), self.reservations.held
-        return next((index for index in range(place) if held[index] == visits and self.steps[index] != BESIDE), place)
+        return next((index for index in range(place) if held[index] == visits and self.steps[index] >= 0), place)
 
     def onto(self, way: tuple[int, ...]) -> "RouteProgress":
         """Return the progress on the way of a joint plan, which begins at the head."""

@@ -168,6 +168,7 @@ VISITS = {  # held, their steps, body: what is still held, which is the first to
     "it is there":                         ((3, 4, 5),    (1, 2, 3),        4, (4, 5),    0),
     "it comes to it":                      ((2, 3, 4),    (1, 2, 3),        3, (3, 4),    0),
     "its body only touched it":            ((4, 2, 3),    (BESIDE, 1, 2),   3, (3,),      0),
+    "a way of its own leads back from it": ((4, 3, 2),    (ALONE,) * 3,     2, (2,),      0),
     "in and out by the same cell":         ((3, 4, 3),    (1, 2, 3),        3, (4, 3),    0),
     "it has to visit none of them":        ((2, 3, 5),    (1, 2, 3),        5, (5,),      0),
 }
