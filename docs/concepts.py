@@ -19,9 +19,9 @@ from swarm.geometry import Pose
 from swarm.maps.occupancy import Point
 from swarm.messages.traffic import JointPlan, Record
 from swarm.planning.path import plan
-from swarm.scenario.load import load
+from swarm.scenario.load import Scenario, load
 from swarm.scenario.prepare import prepare
-from swarm.settings import RadioSettings, Settings, StartSettings
+from swarm.settings import RadioSettings, StartSettings
 from swarm.traffic.lattice.cell_map import CellMap
 from swarm.traffic.lattice.placement import cells_of
 from world.bodies.physics import Physics
@@ -42,7 +42,7 @@ LISTENER: Final = 13  # of doorway.yaml's starts, the one whose hearing is drawn
 class Meeting(NamedTuple):
     """The run."""
 
-    settings: Settings
+    scenario: Scenario
     cells: CellMap
     ticks: list[Tick]
     poses: list[dict[str, Pose]]  # at each tick
@@ -70,7 +70,7 @@ def meeting() -> Meeting:
     while len(ticks) < LASTS:
         poses.append(dict(zip(run.world.robots, run.world.poses(), strict=True)))
         ticks.append(run.step())
-    return Meeting(run.scenario.settings, cells_of(run.scenario.map, run.scenario.settings), ticks, poses)
+    return Meeting(run.scenario, cells_of(run.scenario.map, run.scenario.settings), ticks, poses)
 
 
 def tick() -> str:
@@ -209,7 +209,7 @@ def _floor_with_holds(sheet: Sheet, met: Meeting, when: int) -> None:
             sheet.square(cells.centre(claim.cell), cells.side - 0.12, look)
             sheet.text(cells.centre(claim.cell), str(claim.number))
     for name, pose in met.poses[when].items():
-        sheet.robot(name, pose, met.settings.robot.radius)
+        sheet.robot(name, pose, met.scenario.settings.robot.radius)
 
 
 def joint_plan() -> str:

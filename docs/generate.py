@@ -15,7 +15,7 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from docs import concepts, contract, fields, figure5, speeds, vectors
+from docs import concepts, contract, fields, figure5, speeds, tick, vectors
 from docs.markdown import rows, said
 from swarm.launch.drill import judge
 from swarm.launch.drill import table as drill_table
@@ -166,6 +166,7 @@ PARTS: Final[dict[str, Callable[[], str]]] = {
     "drill": faults,
     "drill-laws": drill_laws,
     "rooms": rooms,
+    "tick": tick.table,
     "rights": rights,
     "traffic-rules": contract.rules,
     "traffic-calls": contract.transitions,

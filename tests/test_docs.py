@@ -1,5 +1,6 @@
 """The documentation matches the code: generated parts are up to date, links have targets, examples run."""
 
+import ast
 import re
 from pathlib import Path
 
@@ -57,6 +58,33 @@ def test_files_and_functions_that_a_page_names_are_there(page: Path) -> None:
     assert [file for file in files if not (ROOT / file).exists() and not (ROOT / "swarm" / file).exists()] == []
     calls = {name for span in spans for name in CALL.findall(span)}
     assert [name for name in sorted(calls) if f"def {name}(" not in SOURCES] == []
+
+
+PAIR = re.compile(r"`([\w./-]+\.py)` `([A-Za-z_][\w.]*)`")  # a file, and a function or class of it
+
+
+def defined(file: Path) -> set[str]:
+    """Return the functions and classes of a file, a class's own with its name before them."""
+    found = set()
+    for node in ast.parse(file.read_text(encoding="utf-8")).body:
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
+            found.add(node.name)
+        if isinstance(node, ast.ClassDef):
+            found |= {f"{node.name}.{one.name}" for one in node.body if isinstance(one, ast.FunctionDef)}
+    return found
+
+
+@pytest.mark.parametrize(
+    "page", [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))], ids=lambda path: path.name
+)
+def test_a_function_that_a_page_names_with_its_file_is_defined_there(page: Path) -> None:
+    pairs = PAIR.findall(page.read_text(encoding="utf-8"))
+    assert [(file, name) for file, name in pairs if name not in defined(ROOT / file)] == []
+
+
+def test_the_pages_say_where_a_question_is_answered() -> None:
+    table = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8").split("## Where a question is answered")[1]
+    assert len(PAIR.findall(table)) > 20, "the pattern still finds what the table has"
 
 
 def blocks(page: str, language: str) -> list[str]:
