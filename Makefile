@@ -7,7 +7,7 @@ WORKERS := $(shell echo $$((2 * $$(getconf _NPROCESSORS_ONLN))))  # tests with p
 PYTEST := $(BIN)/python -m pytest -q -n $(WORKERS) --dist worksteal
 
 .DEFAULT_GOAL := help
-.PHONY: help setup run test test-all check format bench compiled lock clean
+.PHONY: help setup run test test-all check format bench mutants compiled lock clean
 
 help:  ## list these commands
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 10
@@ -44,6 +44,11 @@ format: $(READY)  ## format the code
 bench: $(READY)  ## measure every number of docs/benchmarks.md
 	$(BIN)/python -m benchmarks
 
+mutants: $(READY)  ## change the code of claims and joint plans a little, and list the changes that no test notices: half an hour
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --constraint requirements.lock --editable '.[mutants]'
+	$(BIN)/mutmut run
+	$(BIN)/mutmut results
+
 compiled:  ## make a second environment with the compiled package, for long storms and many robots
 	@command -v $${CC:-cc} > /dev/null || { echo "make compiled needs a C compiler, such as gcc; the plain package of make setup does the same, slower" >&2; exit 1; }
 	$(PYTHON) -m venv $(VENV)-compiled
@@ -61,4 +66,4 @@ lock:  ## pin the newest versions in requirements.lock (commit the result)
 	rm -rf $(VENV)-lock
 
 clean:  ## remove the environment and caches
-	rm -rf $(VENV) $(VENV)-* .mypy_cache .ruff_cache .pytest_cache .hypothesis build *.egg-info
+	rm -rf $(VENV) $(VENV)-* .mypy_cache .ruff_cache .pytest_cache .hypothesis build mutants *.egg-info

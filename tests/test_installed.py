@@ -17,6 +17,7 @@ from tests.shared import ROOT
 
 PRODUCT: Final = ("swarm", "scenarios", *TOPS)
 OWN: Final = {"swarm", "tests", "benchmarks", "docs", "examples", *TOPS}
+FOR_WORK: Final = {"dev", "mutants"}  # extras for who works on the project: nothing of the product imports them
 IMPORTED_AS: Final = {"scikit-fuzzy": "skfuzzy"}  # others of `dev` have one name
 TOOLS: Final = {  # of `dev`, and what for, since no test imports them
     "zenoh-swarm": "the extras",
@@ -55,7 +56,7 @@ def imported(folders: Iterable[str]) -> set[str]:
 
 def test_what_is_declared_is_what_the_table_has() -> None:
     assert names(project()["dependencies"]) == set(LIBRARIES)
-    extras = {extra: names(of) for extra, of in project()["optional-dependencies"].items() if extra != "dev"}
+    extras = {extra: names(of) for extra, of in project()["optional-dependencies"].items() if extra not in FOR_WORK}
     assert extras == {extra: set(of) for extra, of in EXTRAS.items()}
 
 

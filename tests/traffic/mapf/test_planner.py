@@ -434,5 +434,13 @@ def test_the_search_of_one_at_a_time_keeps_so_many_configurations_at_most(monkey
         assert once.expansions == expansions
 
 
+def test_the_search_of_one_at_a_time_spends_what_it_is_given_and_no_more() -> None:
+    tables = [TREE.cells.distances(goal) for goal in TREE.at("ba")]
+    once = BestFirst(TREE.cells.neighbours, tables, TREE.at("ab"))
+    for spent in (2, 4, 6):
+        assert once.advance(2) is SearchState.RUNNING
+        assert once.expansions == spent
+
+
 def test_nobody_takes_no_time() -> None:
     assert duration([]) == duration([()]) == (0.0, 0.0)
