@@ -24,6 +24,13 @@ TWO_WAYS = """\
 #........#
 ##########
 """
+ONE_DOOR = """\
+##########
+#........#
+####.#####
+#........#
+##########
+"""
 
 
 def drives(robot: Robot, left: float, right: float, stop: float = 0.0) -> None:
@@ -74,6 +81,20 @@ def test_who_has_no_other_way_waits_and_names_it() -> None:
     simulation.run(100.0, watch=lambda world: notes.extend(text for _, text in world.tasks.commands[0].notes))
     assert "waits for r2, which says nothing of traffic" in notes
     assert simulation.world.tasks.commands[0].waits == ["r2"]
+
+
+def test_who_rests_in_the_only_way_of_a_mute_robot_moves_aside_for_it() -> None:
+    """r1 is at its target, in the door that r2, mute, has to drive through; without moving aside, r2 never arrives."""
+    scenario = scenario_of(
+        ONE_DOOR, map={"text": ONE_DOOR, "cell": 1.2}, targets=[], own_targets=[[[5.4, 3.0]], [[9.0, 1.8], [9.0, 4.2]]],
+        return_home=False, start={"poses": [[4.2, 1.8, 0.0], [6.6, 1.8, 0.0]]},
+        traffic={"cell": 1.2, "offset": [0.0, 0.0]}, robots=2,
+    )  # fmt: skip
+    simulation = Simulation.of(scenario, 2, 1)
+    make_mute(simulation, ["r2"])
+    report = simulation.run(120.0)
+    assert report["complete"]
+    assert report["contacts"]["robot"] == 0
 
 
 def test_a_mute_robot_that_drives_into_one_that_stands_is_blamed_itself() -> None:
