@@ -17,6 +17,7 @@ Tables = Sequence[Sequence[int]]  # [robot][cell] -> steps to the robot's goal
 Configuration = tuple[int, ...]  # [robot] -> cell
 
 NOBODY: Final = -1
+NOWHERE: Final = -1
 UNDECIDED: Final = -1
 TURN_COST: Final = 0.5  # steps, added to a cell that is not favoured; less than 1, so that it only breaks ties
 
@@ -26,7 +27,6 @@ class Ties(Enum):
 
     RANDOM = "random"
     STRAIGHT = "straight on"
-    LANES = "with the lane"  # rows lead east or west, columns north or south, in turn: opposite streams stay apart
 
 
 class StepGenerator:
@@ -37,7 +37,6 @@ class StepGenerator:
         self.tables = tables
         self.goals = goals
         self.ties = ties
-        self.lanes = lanes(neighbours) if ties is Ties.LANES else ()
         self.random = random
         self._now: list[int] = [NOBODY] * len(neighbours)  # [cell] -> robot that stands there
         self._next: list[int] = [NOBODY] * len(neighbours)  # [cell] -> robot that will stand there
@@ -124,14 +123,10 @@ class StepGenerator:
         """Return the cells it can go to, nearest to the goal first; ties as ``ties`` says, then by chance."""
         home = self._at[robot]
         table, chance = self.tables[robot], self.random.random
-        if self.ties is Ties.LANES:
-            favoured: tuple[int, ...] = self.lanes[home]
-        elif self.ties is Ties.STRAIGHT and self._before[robot] != home:
-            favoured = (2 * home - self._before[robot],)
-        else:
-            favoured = ()
+        straight_on = self.ties is Ties.STRAIGHT and self._before[robot] != home
+        favoured = 2 * home - self._before[robot] if straight_on else NOWHERE
         cost = {
-            cell: table[cell] + (0.4 * chance() if cell in favoured else TURN_COST + 0.4 * chance())
+            cell: table[cell] + (0.4 * chance() if cell == favoured else TURN_COST + 0.4 * chance())
             for cell in self.neighbours[home]
         }
         cost[home] = float(table[home])
@@ -198,15 +193,3 @@ class StepGenerator:
             if puller_at == puller_from:
                 return False
         return False
-
-
-def lanes(neighbours: Joined) -> tuple[tuple[int, int], ...]:
-    """Return the two lanes of each cell: even rows lead to +1, odd ones to -1; odd columns up, even ones down."""
-    columns = max((abs(other - cell) for cell, near in enumerate(neighbours) for other in near), default=1)
-    return tuple(
-        (
-            cell + (1 if cell // columns % 2 == 0 else -1),
-            cell + (columns if cell % columns % 2 == 1 else -columns),
-        )
-        for cell in range(len(neighbours))
-    )

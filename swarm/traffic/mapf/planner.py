@@ -28,7 +28,7 @@ from swarm.traffic.mapf.pibt import Configuration, Joined, Tables, Ties
 from swarm.traffic.mapf.precedence import Precedence, order_of
 
 PATIENCE: Final = 4  # once there is a plan, a restart may cost this many times its expansions: more is rarely better
-TURNS: Final = (Ties.STRAIGHT, Ties.RANDOM, Ties.STRAIGHT, Ties.LANES)  # the ties of the starts, in turn
+TURNS: Final = (Ties.STRAIGHT, Ties.RANDOM)  # the ties of the starts, in turn (docs/decisions/0033-ties.md)
 EXTRA: Final = 30  # expansions that any start may cost, beyond its share
 LATE: Final = 4  # starts without a plan, after which each pair is tried alone
 PAIR: Final = 2_000  # expansions for one pair at most

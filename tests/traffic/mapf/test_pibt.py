@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from swarm.traffic.mapf.makespan import BACK, CORNER, duration
-from swarm.traffic.mapf.pibt import Configuration, StepGenerator, Ties, lanes
+from swarm.traffic.mapf.pibt import Configuration, StepGenerator, Ties
 from tests.traffic.maps import Drawn
 
 FLOORS = (Drawn("....", "....", "...."), Drawn("..#.", ".#..", "...."), Drawn("#.##.", ".....", "#.##."))
@@ -102,15 +102,6 @@ def test_two_in_a_passage_change_places_where_it_widens(name: str, ties: Ties) -
             assert after is not None
             before, at, steps = at, after, steps + 1
         assert steps <= most, seed
-
-
-def test_lanes_lead_to_and_fro_by_row_and_up_and_down_by_column() -> None:
-    """Three columns, two rows."""
-    neighbours = Drawn("...", "...").cells.neighbours
-    led = lanes(neighbours)
-    assert led == ((1, -3), (2, 4), (3, -1), (2, 0), (3, 7), (4, 2))
-    for cell, other in ((cell, other) for cell, near in enumerate(neighbours) for other in near):
-        assert (other in led[cell]) is not (cell in led[other]), "between two cells, one way"
 
 
 def test_who_goes_straight_on_does_so_where_all_ways_are_as_good() -> None:
