@@ -162,7 +162,7 @@ PLANTED: dict[str, tuple[str, str, tuple[Plant, ...]]] = {  # the law that it br
     "held cells let go early": ("no hold without a claim", "one cell", (
         Plant(RouteProgress, "released", lambda real: lambda self, touched, *rest: real(self, (), *rest)),)),
     "margin lost": ("no body outside", "one cell", (traffic(margin=-0.02),)),
-    "plan order ignored": ("all arrive", "crowd", (Plant(Following, "waits_for", always(None)),)),
+    "plan order ignored": ("all arrive", "dead 4", (Plant(Following, "waits_for", always(None)),)),
     "take although held": ("takes only what is free", "claims 2", (Plant(TAKE, "somebody holds it", always(True)),)),
     "no listening": ("listens first", "swap", (traffic(listen=0),)),
     "edit ignored": ("all arrive", "wall", (Plant(CellPilot, "take_floor", always(None)),)),
