@@ -150,11 +150,6 @@ WORLDS: dict[str, dict[str, object]] = {  # fields of `plan_of`: two robots in t
     "away":     {"own_targets": [[[4.2, 1.8], THERE], [[1.8, 3.0]]], "faults": [fault("r1", "away", 200, 60)]},
     "dead":     {"map": {"text": CORRIDOR, "cell": 0.4}, "start": {"poses": [LEFT, RIGHT]},
                  "own_targets": [[[4.2, 1.8], BACK, [5.4, 1.8]], [BACK]], "faults": [fault("r2", "dead", 70)]},
-    "four":     {"robots": 4, "start": {"poses": [LEFT, RIGHT, [1.8, 3.0, 0.0], [9.0, 3.0, 3.14]]}, "radio": {"loss": 0.5},
-                 "own_targets": [[[9.0, 3.0], [1.8, 3.0]], [[1.8, 3.0], [9.0, 3.0]], [THERE, BACK], [BACK, THERE]],
-                 "faults": [fault("r2", "suspended", 80, 200), fault("r3", "suspended", 100, 100)]},
-    "crowd":    {"robots": 4, "start": {"poses": [LEFT, RIGHT, [1.8, 3.0, 0.0], [9.0, 3.0, 3.14]]}, "late": 4,
-                 "own_targets": [[[9.0, 3.0], [1.8, 3.0]], [[1.8, 3.0], [9.0, 3.0]], [THERE, BACK], [BACK, THERE]]},
     "wall":     {"edits": [{"at": 2.0, "kind": "wall", "low": [4.9, 1.3], "high": [5.2, 2.3]}]},
 }
 
