@@ -80,7 +80,7 @@ class Problem(NamedTuple):
     exact: bool  # only walls are in the way, and each has its own goal: "unsolvable" is true of the mission
     at_rest: Mapping[str, int]  # robots that stay, and their cells
     until: tuple[str, ...]  # members for which the others make room
-    vias: tuple[int, ...] = ()  # the shared target that each member visits on its way; OUTSIDE: none
+    vias: tuple[int, ...] = ()  # the target that each member visits on its way; OUTSIDE: none
 
     @property
     def asks(self) -> object:
@@ -172,8 +172,8 @@ def _vias(everybody: Mapping[str, Member], blocked: Collection[int], cells: Cell
     found: dict[str, int] = {}
     for robot, member in wanting.items():
         via, then = member.goal, member.then
-        both_there = 0 <= via < len(cells) and 0 <= then < len(cells) and cells.stands[then] and via not in blocked
-        if then != via and both_there:
+        both_free = 0 <= via < len(cells) and 0 <= then < len(cells) and cells.stands[then] and via not in blocked
+        if then != via and both_free:
             steps = cells.distances(via, blocked)
             if steps[member.head] < FAR and steps[then] < FAR:
                 found[robot] = via

@@ -19,9 +19,8 @@ from swarm.traffic.mapf.pibt import Configuration, Joined, StepGenerator, Tables
 
 Orders = tuple[tuple[int, int], ...]  # constraints: (robot, cell that it goes to)
 Steps = list[Configuration]  # configurations, one per time step
-Vias = Sequence[
-    Sequence[int] | None
-]  # [robot][cell] -> steps to a cell that it visits on its way; None: it visits none
+# [robot][cell] -> steps to a cell that it visits on its way, its via; None: it visits none
+Vias = Sequence[Sequence[int] | None]
 Been = tuple[bool, ...]  # [robot] -> it has visited that cell, or has none to visit; (): nobody has any
 
 

@@ -78,9 +78,8 @@ class Claiming:
             mine = cell in progress.reservations.held and not any(
                 cell in record.held for record in situation.fresh.values()
             )
-            been = (
-                progress.head != situation.visits
-            )  # it leaves its stop by the way it came only once it has been there
+            # it leaves its stop by the cell through which it came only once it has been there
+            been = progress.head != situation.visits
             if mine and not progress.reservations.claims and step_free and been:
                 progress = progress.grown(progress.reservations.keep((*progress.reservations.held, cell)))
                 continue
