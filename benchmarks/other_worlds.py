@@ -162,11 +162,12 @@ def touched(drawn: Drawn, poses: NDArray[np.float64], movers: NDArray[np.float64
     places, where = np.unique(poses.reshape(-1, 2), axis=0, return_inverse=True)
     inside = (gaps(drawn.solid, drawn.side, places) < BODY - TOUCH)[where].reshape(len(poses), robots)
     pushed = (np.hypot(*(movers[:, None] - poses[:, :, None]).T) < 2 * BODY + TOUCH).any(axis=0).T  # [tick, robot]
-    if (inside & ~pushed).any():  # a mover is stronger than a robot: whom it pushes into something can do nothing
+    # a mover is stronger than a robot: whom it pushes into something can do nothing, and may be in it when it has gone
+    if (_begins(inside) & ~pushed).any():
         yield "wall"
     for a, b in combinations(range(robots), 2):
         overlap = np.hypot(*(poses[:, a] - poses[:, b]).T) < 2 * BODY - TOUCH
-        if (overlap & ~pushed[:, a] & ~pushed[:, b]).any():
+        if (_begins(overlap) & ~pushed[:, a] & ~pushed[:, b]).any():
             yield "robot"
     for robot, mover in product(range(robots), range(movers.shape[1])):
         apart = movers[:, mover] - poses[:, robot]
@@ -176,6 +177,11 @@ def touched(drawn: Drawn, poses: NDArray[np.float64], movers: NDArray[np.float64
             own = float((poses[tick, robot] - poses[tick - 2, robot]) @ towards)
             if own > 0.01 and own > float((movers[tick - 2, mover] - movers[tick, mover]) @ towards):
                 yield "mover"
+
+
+def _begins(contact: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return the ticks in which contacts begin; the first axis is the tick."""
+    return contact & ~np.concatenate((np.zeros_like(contact[:1]), contact[:-1]))
 
 
 def judge(seed: int) -> Judged | None:

@@ -35,6 +35,14 @@ def test_a_planted_contact_is_seen(name: str) -> None:
     assert set(touched(HALL, poses, movers)) == seen
 
 
+@pytest.mark.parametrize(("by_itself", "seen"), [(False, set()), (True, {"wall"})])
+def test_who_was_pushed_into_a_wall_may_be_in_it_when_the_mover_has_gone(by_itself: bool, seen: set[str]) -> None:
+    poses = np.tile(np.array([WALL, (5.0, 2.0)]), (5, 1, 1))
+    movers = np.tile(np.array([FAR]), (5, 1, 1))
+    poses[0, 0], movers[1 + by_itself] = MID, BESIDE
+    assert set(touched(HALL, poses, movers)) == seen
+
+
 def test_who_drives_into_a_mover_touches_it() -> None:
     poses = np.array([[(2.0 + 0.05 * tick, 3.0)] for tick in range(20)])
     assert set(touched(HALL, poses, np.tile(np.array([MID]), (20, 1, 1)))) == {"mover"}
