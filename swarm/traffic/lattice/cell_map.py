@@ -199,6 +199,10 @@ class CellMap:
             self._blind[key] = not all(self.in_sight(here, other) for other in others)
         return self._blind[key]
 
+    def is_joined(self, cell: int) -> bool:
+        """Return True if a robot can stand in a cell and drive on from there."""
+        return cell != OUTSIDE and self.stands[cell] and bool(self.neighbours[cell])
+
     def is_passable(self, a: int, b: int) -> bool:
         """Return True if a body can get from one cell to a neighbour somewhere across their common side.
 

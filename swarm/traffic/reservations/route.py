@@ -220,12 +220,13 @@ def begun(
 ) -> RouteProgress:
     """Begin a way where the robot is, holding only cells that it touches. ``number`` is that of its next claim.
 
-    Where it can stand in none of them, it keeps the nearest cell to stand in of those ``held`` until now: it takes no
-    cell that it neither touches nor held. Only where ``touched`` is empty (the body is outside of all cells) and it
+    Where it can drive on from none of them, it keeps the nearest cell to stand in of those ``held`` until now: it takes
+    no cell that it neither touches nor held. Only where ``touched`` is empty (the body is outside of all cells) and it
     can stand in none of those held does it take the nearest cell to stand in of the map.
     """
     x, y, _ = body.pose
-    standable = [cell for cell in touched if cells.stands[cell]] or [cell for cell in held if cells.stands[cell]]
+    joined = [cell for cell in touched if cells.is_joined(cell)] or [cell for cell in held if cells.is_joined(cell)]
+    standable = joined or [cell for cell in (*touched, *held) if cells.stands[cell]]
     if standable or not touched:
         head = cells.nearest_standable(x, y, standable)
     else:
@@ -280,7 +281,7 @@ def spread(
     radius = settings.radius + settings.margin + 2 * settings.speed * settings.tick
     body = footprint_of(inputs, radius, cells)
     progress = progress.widened(body.touched)
-    if progress.strayed(body.cell) and cells.stands[body.cell]:
+    if progress.strayed(body.cell) and cells.is_joined(body.cell):
         progress = begun(progress.reservations.number, body, body.touched, cells)
     return progress, body
 
@@ -324,7 +325,7 @@ class OffRoute:
         self._fled = strayed and (self._fled or threatened)
         if not strayed or (progress.following and not self._fled and progress.is_beside(body.cell, cells)):
             self._on_way = body.tick
-        elif body.tick - self._on_way > OFF_WAY and body.cell != OUTSIDE and cells.stands[body.cell]:
+        elif body.tick - self._on_way > OFF_WAY and cells.is_joined(body.cell):
             self._on_way = body.tick
             return restart_here(progress, body, cells)
         return progress
