@@ -59,6 +59,8 @@ KEPT = {  # worlds that were broken once: by what
     50346: "a robot whose answers came 0.2 s late drove into a mover",
     80217: "eight robots on sixteen cells moved for minutes until all stood at their goals at once",
     100024: "a robot gave up the cell between it and its way, and another one took it",
+    120769: "a robot alone began its way again in a cell that joins no other",
+    120742: "a robot went round a loop before it had left the first cell of it, and gave up the cells between",
 }
 # fmt: on
 

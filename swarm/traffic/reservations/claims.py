@@ -61,33 +61,33 @@ class Claiming:
         near = (
             self._near(situation, body.pose) if progress.reservations.claims or progress.reservations.beside else NOBODY
         )
-        claimed = self._advance(Claimed(progress, waits, took=False), plan, situation, body.pose, near)
+        claimed = self._advance(Claimed(progress, waits, took=False), plan, situation, body, near)
         if self.settings.in_sight:
             return claimed
         progress = self._make_room(claimed.progress, situation, body.pose, room, near)
         return claimed if progress is claimed.progress else claimed._replace(progress=progress)
 
     def _advance(
-        self, claimed: Claimed, plan: Turns | None, situation: Situation, pose: Pose, near: frozenset[str]
+        self, claimed: Claimed, plan: Turns | None, situation: Situation, body: Footprint, near: frozenset[str]
     ) -> Claimed:
         """Take the claimed cells that all ``near`` have acknowledged, in the order of the plan."""
         progress, waits, took = claimed
         while progress.route:
             cell = progress.route[0]
+            held = progress.reservations.held
             step_free = plan is None or plan.waits_for(progress.next_step, situation) is None
-            mine = cell in progress.reservations.held and not any(
-                cell in record.held for record in situation.fresh.values()
-            )
-            # it leaves its stop by the cell through which it came only once it has been there
-            been = progress.head != situation.visits
-            if mine and not progress.reservations.claims and step_free and been:
-                progress = progress.grown(progress.reservations.keep((*progress.reservations.held, cell)))
+            mine = cell in held and not any(cell in record.held for record in situation.fresh.values())
+            # it leaves its stop by the cell through which it came only once it has been there, and goes round a loop
+            # only once it has left the first cell of it
+            too_early = progress.head == situation.visits or (body.cell == cell and cell not in held[-2:])
+            if mine and not progress.reservations.claims and step_free and not too_early:
+                progress = progress.grown(progress.reservations.keep((*held, cell)))
                 continue
             if not progress.reservations.claims or progress.reservations.claims[0].cell != cell:
                 break
             claim = progress.reservations.claims[0]
             case = self._case(claim, progress, situation, near)
-            heard = not self.settings.in_sight or self._would_be_heard(progress.head, cell, pose, situation.cells)
+            heard = not self.settings.in_sight or self._would_be_heard(progress.head, cell, body.pose, situation.cells)
             against = obstacle(TAKE, case) if step_free and heard else "not its turn"
             if against is not None:
                 waits = waits if waits and against == "it is too young" else self._hinderers(case)

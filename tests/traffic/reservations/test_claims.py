@@ -72,6 +72,21 @@ def claimed(after: Claimed) -> str:
     return names(tuple(claim.cell for claim in after.progress.reservations.claims))
 
 
+LOOPS = {  # cells held, the next cell of its way, where it is: it takes that one again at once
+    "it has not left the first cell of a loop": ("abcd", "a", "a", False),
+    "it has left it": ("abcd", "a", "b", True),
+    "it turns back at a dead end": ("ab", "a", "a", True),
+}
+
+
+@pytest.mark.parametrize("name", LOOPS)
+def test_a_loop_is_closed_when_its_first_cell_was_left(name: str) -> None:
+    """A robot that holds a cell twice is taken to be there for the last time, and gives up the cells between."""
+    held, following, body, closes = LOOPS[name]
+    after = step(way(held, following), body=body).progress
+    assert names(after.reservations.held) == (held + following if closes else held)
+
+
 # --- what it claims ---
 
 MINE = Claim(B, 1, NOW - 1)
