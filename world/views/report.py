@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from typing import Any, Final
 
-from msgspec import to_builtins
 from msgspec.structs import asdict
 
 from world.tasks.orders import FATES
@@ -78,7 +77,16 @@ def _orders(world: World, number: int) -> dict[str, Any]:
     fates, older = [one.fate for one in history], world.tasks.missions.orders.rows[number].older
     return {
         "orders": {fate: fates.count(fate) + older.get(fate, 0) for fate in (*FATES, "open")},
-        "history": [{field: value for field, value in to_builtins(one).items() if field != "laps"} for one in history],
+        "history": [
+            {
+                "number": one.number,
+                "what": one.what,
+                "stops": [list(stop) for stop in one.stops],  # as JSON has them
+                "reached": one.reached,
+                "fate": one.fate,
+            }
+            for one in history
+        ],
     }
 
 
