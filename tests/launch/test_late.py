@@ -20,13 +20,14 @@ from swarm.messages import (
     STATUS,
     TRUTH,
     Action,
+    Clock,
     Do,
     Liveness,
     Phase,
     Status,
     Topic,
 )
-from tests.launch.actors import Fleet, await_event, await_message, await_phase, await_status
+from tests.launch.actors import Fleet, await_clock, await_event, await_message, await_status
 
 pytestmark = pytest.mark.processes
 FETCHED: tuple[Topic[Any], ...] = (CLOCK, TRUTH, STATE, MAP, EVENTS, STATUS)
@@ -53,6 +54,17 @@ def await_taken_in(bus: Bus) -> None:
     await_status(bus, lambda status: all(one.liveness is Liveness.ALIVE for one in status.robots))
 
 
+def await_standstill(bus: Bus) -> None:
+    """Wait until the clock of a paused run shows one tick twice: the tick in which it was paused is over then."""
+    shown: list[tuple[Phase, int]] = []
+
+    def stands(clock: Clock) -> bool:
+        shown.append((clock.phase, clock.tick))
+        return shown[-2:] == [(Phase.PAUSED, clock.tick)] * 2
+
+    await_clock(bus, stands)
+
+
 def test_who_comes_late_gets_everything_in_every_phase(small: Path, tmp_runtime: Path) -> None:
     with Fleet(small, "--pace", "4", "--wait", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
         fleet.await_all(bus)
@@ -68,7 +80,7 @@ def test_who_comes_late_gets_everything_in_every_phase(small: Path, tmp_runtime:
         assert len(bus.fetch(PLAN)) == 2
         assert (running.phase, "reached" in {event.kind for event in running.events}) == (Phase.RUNNING, True)
         bus.ask(ACTION, Action(do=Do.PAUSE))
-        await_phase(bus, Phase.PAUSED)
+        await_standstill(bus)
         paused = fetched(bus)
         assert paused == fetched(bus), "while the clock stands, nothing changes"
         assert [one.pose for one in paused.robots] != [one.pose for one in before.robots]
