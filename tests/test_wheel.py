@@ -1,5 +1,6 @@
 """The wheel in an empty environment, with its declared dependencies only, used from another folder."""
 
+import ast
 import json
 import os
 import re
@@ -127,6 +128,21 @@ def test_every_module_is_imported_but_those_of_an_extra(installed: Path, tmp_pat
     extras = {name for of in EXTRAS.values() for name in of.values()}
     assert set(lacking.values()) == extras, lacking
     assert count == len([file for part in PARTS for file in (ROOT / part).rglob("*.py") if "__main__" not in file.name])
+
+
+def test_a_strict_type_check_of_ones_own_tool_finds_what_packages_offer(installed: Path, tmp_path: Path) -> None:
+    """With `mypy --strict`, a package offers only the names that it lists in `__all__`."""
+    offered = []
+    for top in PARTS[:3]:
+        for file in sorted((ROOT / top).rglob("__init__.py")):
+            package = ".".join(file.parent.relative_to(ROOT).parts)
+            for node in ast.parse(file.read_text()).body:
+                if isinstance(node, ast.ImportFrom) and str(node.module).split(".")[0] in PARTS:
+                    offered += [f"from {package} import {name.name}" for name in node.names]
+    assert "from swarm.bus import Bus" in offered
+    (tmp_path / "mine.py").write_text("\n".join(offered))
+    check = [sys.executable, "-m", "mypy", "--strict", "--follow-imports=silent", "mine.py"]
+    done([*check, "--python-executable", str(installed / "python")], tmp_path)
 
 
 def test_a_mission_from_another_folder_has_the_digest_of_the_checkout(installed: Path, tmp_path: Path) -> None:

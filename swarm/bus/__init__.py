@@ -5,3 +5,17 @@ from swarm.bus.connecting import connect
 from swarm.bus.session import Bus
 from swarm.bus.settings import Endpoint
 from swarm.bus.tap import Sample, Tap, fleets, names_on
+
+__all__ = [
+    "Arrival",
+    "Bus",
+    "Endpoint",
+    "Link",
+    "Presence",
+    "Request",
+    "Sample",
+    "Tap",
+    "connect",
+    "fleets",
+    "names_on",
+]
