@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import replace
 from math import cos, sin, sqrt
+from typing import NoReturn
 
 import pytest
 from msgspec.structs import replace as changed
@@ -13,6 +14,7 @@ from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
 from tests.storm.shared import plan_of, short_run, with_commands, with_moments, with_report, with_words
 from world.bodies.shapes import Contact
 from world.faults import Health
+from world.simulate import Simulation
 from world.storm.history.history import History, Moment, record
 from world.storm.history.seen import cells_at
 from world.storm.laws.judge import LAWS, judge
@@ -434,3 +436,15 @@ def test_a_run_that_stands_for_good_counts_a_deadlock() -> None:
     assert [text for _, _, text in nobody_stands_unnamed(silent)] == [
         "nobody has made progress for 90 s, and the report counts no deadlock"
     ]
+
+
+def test_a_run_whose_first_step_fails_is_told_by_one_law(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fails(_: Simulation) -> NoReturn:
+        raise RuntimeError("planted")
+
+    monkeypatch.setattr(Simulation, "step", fails)
+    pools: tuple[dict[str, object], ...] = ({}, {"pool": [[9.0, 1.8]]})
+    for pool in pools:
+        history = record(plan_of(**pool))
+        assert not history.moments
+        assert [violation.law for violation in judge(history)] == ["no exception"]

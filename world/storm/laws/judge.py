@@ -57,6 +57,8 @@ def judge(history: History) -> list[Violation]:
     for law, function in LAWS.items():
         if (history.settings.orders or history.settings.pool) and law in OWN_STOPS:
             continue
+        if not history.moments and function is not mission.no_exception:
+            continue  # its first step has failed: there is nothing to judge
         blamed = set()
         for tick, robots, text in function(history):
             if robots not in blamed:
