@@ -79,3 +79,7 @@ class TrafficOutputs(NamedTuple):
     events: tuple[TrafficNote, ...]
     way: tuple[int, ...]  # cells to come, held ones first
     members: tuple[str, ...]  # of the joint plan followed
+
+    def again(self) -> "TrafficOutputs":
+        """Return what still holds of these outputs in a tick without a step: all but the messages."""
+        return self._replace(broadcast=None, events=())

@@ -19,6 +19,7 @@ class TrafficConstants:
     """The constants that all robots of a fleet share. Times are in ticks of ``tick`` seconds, their only clock."""
 
     tick: float = 0.05  # s
+    step: int = 2  # ticks between two steps of coordination, at most
     every: int = 4  # ticks between two broadcasts of a robot
     # ticks between two broadcasts while a robot listens or hears one that listens: at 50 % loss, 15 in a row are lost
     # once in 30,000

@@ -20,6 +20,7 @@ from swarm.traffic.joint.states import Drops, Leaves, Speaks, Wakes
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
 from swarm.traffic.obstacles.detector import BlockedByObstacle, ObstacleDetector, ProtectiveStop, robot_at
 from swarm.traffic.obstacles.inspection import Inspector
+from swarm.traffic.obstacles.scan import Scan
 from swarm.traffic.outputs import RecordWriter, StepResult, outputs_of
 from swarm.traffic.own_route import Goal, OwnRoute, Wish
 from swarm.traffic.peers.records import PeerRecords, TrafficNote
@@ -51,6 +52,7 @@ class Before(NamedTuple):
     listen_until: int  # tick
     threats: tuple[MovingObstacle, ...]  # obstacles that moved near it
     then: int  # cell of the stop after its goal
+    busy: bool  # it searches for a joint plan, or an obstacle is near: the next step is due in the next tick
 
 
 class Heard(NamedTuple):
@@ -101,8 +103,19 @@ class Traffic:
         self._before: Before | None = None
         self._joins = cells.neighbours  # of the last tick
 
+    def is_due(self, tick: int, scan: Scan) -> bool:
+        """Return True if a step is due at ``tick``, where the rays show ``scan``.
+
+        Coordination has a rate of its own, below that of the control. A robot that searches for a joint plan, and one
+        with an obstacle near it, steps in every tick.
+        """
+        before, settings = self._before, self.settings
+        if before is None or before.busy or tick - before.tick >= settings.step:
+            return True
+        return self._record_writer.is_due(tick, often=True) or bool(scan.bodies(settings, settings.stop_distance))
+
     def step(self, inputs: TrafficInputs, cells: CellMap) -> TrafficOutputs:
-        """Compute the outputs of one tick; call it each tick, before the motors run.
+        """Compute the outputs of one tick; call it before the motors run, in each tick in which a step is due.
 
         The ``cells`` may be those of another floor than in the last tick, but on the same lattice. Held cells and what
         is known of others stay then; claims, the way and a joint plan are void. If robots learn the floor, only what
@@ -110,8 +123,10 @@ class Traffic:
         """
         heard = self._listen(inputs, cells)
         result = self._decide(inputs, heard, cells)
+        halt = result.halt
+        busy = self._joint.collect is not None or halt.stopped or bool(halt.threats) or result.face is not None
         self._before = Before(
-            inputs.tick, result.progress, result.moved, heard.listen_until, result.halt.threats, result.situation.then
+            inputs.tick, result.progress, result.moved, heard.listen_until, halt.threats, result.situation.then, busy
         )
         self._joins = cells.neighbours
         return self._speak(result)

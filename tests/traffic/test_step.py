@@ -98,6 +98,43 @@ def test_a_robot_alone_in_a_corridor_turns_to_an_aim_behind_it() -> None:
     assert max(behind) < 2 * drawn.side, "no cells far behind"
 
 
+CLEAR = Scan((0.0,), (1.6,), lambda bearings: [1.6] * len(bearings))
+BODY = Scan((0.0,), (0.5,), lambda bearings: [1.6] * len(bearings))
+WALL = Scan((0.0,), (0.5,), lambda bearings: [0.5] * len(bearings))
+ASKS = Record(robot="r2", stamp=40, x=0.0, y=0.0, goal=0, need="r1", held=())
+
+# fmt: off
+DUE = {
+    # slot, what the rays show, who is heard: in which of five ticks after the 40th a step is due
+    "at its turns to speak, and in the middle between two": (0, CLEAR, None, [False, True, False, True, False]),
+    "another slot":                                        (1, CLEAR, None, [True, False, True, False, True]),
+    "near a wall":                                         (0, WALL,  None, [False, True, False, True, False]),
+    "near a body that is on no map":                       (0, BODY,  None, [True] * 5),
+    "while it leads":                                      (0, CLEAR, ASKS, [True] * 5),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", DUE)
+def test_a_step_is_due_in_every_second_tick_and_in_each_while_it_leads_or_a_body_is_near(name: str) -> None:
+    slot, scan, heard, expected = DUE[name]
+    drawn = Drawn("....", "a.cb", "....")
+    traffic, pose = Traffic("r1", drawn.cells, TrafficConstants(), slot=slot), drawn.pose(drawn.at("a")[0])
+    x, y = drawn.points("b")[0]
+    records = [] if heard is None else [replace(heard, x=x, y=y, held=drawn.at("b"))]
+    said = [TrafficBroadcast(own=record, others=()) for record in records]
+    assert traffic.is_due(0, CLEAR), "there was no step yet"
+    for tick in range(41):
+        traffic.step(TrafficInputs(tick, pose, None, heard=said if tick == 40 else ()), drawn.cells)
+    due = []
+    for tick in range(41, 46):
+        due.append(traffic.is_due(tick, scan))
+        if due[-1]:
+            traffic.step(TrafficInputs(tick, pose, None), drawn.cells)
+    assert due == expected
+    assert traffic.is_due(61, CLEAR), "ticks were left out"
+
+
 @pytest.mark.parametrize(("listens", "gap"), [(False, 4), (True, 2)])
 def test_it_speaks_twice_as_often_while_it_or_another_listens(listens: bool, gap: int) -> None:
     drawn, settings = Drawn("....", "a.cb", "...."), TrafficConstants()

@@ -10,7 +10,7 @@ from msgspec.structs import replace
 from swarm.fuzzy import Controller
 from swarm.geometry import Pose, Twist, bearing, distance
 from swarm.maps.occupancy import OccupancyMap, Point
-from swarm.messages import COMMAND, Activity, Sense
+from swarm.messages import COMMAND, Activity, Broadcast, Sense
 from swarm.motion.drive import DifferentialDrive, gap
 from swarm.planning.rays import each_on_map
 from swarm.robot.driving.aim import Aiming, distance_along
@@ -57,13 +57,23 @@ class Driven(NamedTuple):
     target: int = -1  # the stop for which this was counted
 
 
+class Asked(NamedTuple):
+    """What coordination was asked for; if it changes, a step is due at once."""
+
+    goal: Point | None = None  # m
+    stopped: bool = False  # it was told to stop
+    cells: CellMap | None = None
+
+
 class LastTick(NamedTuple):
     """What the driver keeps of the last tick."""
 
     driven: Driven = Driven()
     rolled: tuple[int, ...] = ()  # cells that the tables would drive over, by the last rollout
     kept_away: int = 0  # ticks that it was kept from its place since it is done
-    unconstrained: bool = False  # nobody was near
+    granted: TrafficOutputs | None = None  # None: there was no tick before
+    asked: Asked = Asked()
+    unheard: tuple[Broadcast, ...] = ()  # broadcasts that came since the last step of coordination
 
 
 class CellPilot:
@@ -102,39 +112,26 @@ class CellPilot:
         kept_away = self._kept_away(inputs, before)
         settles = kept_away > PILOT.settles_after * self._settings.rate
         idle = inputs.done and (settles or inputs.anywhere or self._cells.cell_of(*inputs.goal) in self._wanted)
-        path, scan = inputs.navigator.path, self._scan(inputs)
+        scan = self._scan(inputs)
         body = DriveState(pose, *self._drive.rim_speeds(Twist(sense.linear, sense.angular)))
         late = self._lateness.compare(sense.tick, (body.left, body.right))
         rolled = self._rolled(inputs, body, before)
-        granted = self._traffic.step(
-            TrafficInputs(
-                tick=sense.tick,
-                pose=pose,
-                goal=None if idle else inputs.goal,
-                then=inputs.then,
-                sweeps=() if before.driven.drawn_to is None or before.driven.circles else rolled,
-                speed=abs(sense.linear),
-                braking=self._filter.braking(body, self._under_way(late, before)),
-                scan=scan,
-                done=inputs.done,
-                path=() if path is None or inputs.done else path.points,
-                heard=[broadcast.traffic for broadcast in inputs.heard if broadcast.traffic is not None],
-                stands=sense.stopped,
-                mute=[
-                    Spoken(said.robot, said.tick, Pose(said.x, said.y, said.yaw), said.activity in RESTS)
-                    for said in inputs.heard
-                    if said.traffic is None and said.run == sense.run and said.robot != self._traffic.me
-                ],
-            ),
-            self._cells,
-        )
+        unheard = (*before.unheard, *inputs.heard)
+        asked = Asked(None if idle else inputs.goal, sense.stopped, self._cells)
+        if before.granted is None or asked != before.asked or self._traffic.is_due(sense.tick, scan):
+            sweeps = () if before.driven.drawn_to is None or before.driven.circles else rolled
+            braking = self._filter.braking(body, self._under_way(late, before))
+            asks = self._traffic_inputs(inputs, unheard, asked.goal, scan)._replace(braking=braking, sweeps=sweeps)
+            granted, unheard = self._traffic.step(asks, self._cells), ()
+        else:
+            granted = before.granted.again()
         driven = (
             before.driven._replace(speeds=STAND, heading=0.0)
             if sense.stopped
             else self._wheels(inputs, granted, body, scan, late, before.driven)
         )
         self._lateness.command(driven.speeds)
-        self._before = LastTick(driven, rolled, kept_away, granted.unconstrained)
+        self._before = LastTick(driven, rolled, kept_away, granted, asked, unheard)
         return PilotOutputs(
             driven.speeds,
             driven.heading,
@@ -148,13 +145,37 @@ class CellPilot:
             traffic=granted.broadcast,
         )
 
+    def _traffic_inputs(
+        self, inputs: PilotInputs, heard: Iterable[Broadcast], goal: Point | None, scan: Scan
+    ) -> TrafficInputs:
+        """Return the inputs of a step of coordination, without what the brake and the tables need of the floor."""
+        sense, path = inputs.sense, inputs.navigator.path
+        return TrafficInputs(
+            tick=sense.tick,
+            pose=inputs.pose,
+            goal=goal,
+            then=inputs.then,
+            speed=abs(sense.linear),
+            scan=scan,
+            done=inputs.done,
+            path=() if path is None or inputs.done else path.points,
+            heard=[broadcast.traffic for broadcast in heard if broadcast.traffic is not None],
+            stands=sense.stopped,
+            mute=[
+                Spoken(said.robot, said.tick, Pose(said.x, said.y, said.yaw), said.activity in RESTS)
+                for said in heard
+                if said.traffic is None and said.run == sense.run and said.robot != self._traffic.me
+            ],
+        )
+
     def _under_way(self, late: tuple[RimSpeeds, ...], before: LastTick) -> tuple[RimSpeeds, ...]:
         """Return the commands [m/s] that the wheels may still carry out before they brake, oldest first.
 
         If the process falls asleep, the wheels obey its last command until the command expires. Only an unconstrained
         robot needs these ticks here: between others, the safety filter looks further ahead than that.
         """
-        return (*late, *(before.driven.speeds,) * (before.unconstrained * round(COMMAND.timeout * self._settings.rate)))
+        unconstrained = before.granted is not None and before.granted.unconstrained
+        return (*late, *(before.driven.speeds,) * (unconstrained * round(COMMAND.timeout * self._settings.rate)))
 
     def take_floor(self, floor: OccupancyMap) -> None:
         """Replace the map; reservations and peer records stay."""

@@ -1,5 +1,6 @@
 """What a robot does with what traffic grants it: tables with figures worked out by hand."""
 
+from collections.abc import Sequence
 from itertools import count
 from math import pi
 from typing import Any
@@ -9,7 +10,7 @@ from msgspec.structs import replace
 
 from swarm.fuzzy import Controller
 from swarm.geometry import Pose, distance
-from swarm.messages import Activity
+from swarm.messages import Activity, Broadcast
 from swarm.robot.driving.cell_pilot import CellPilot
 from swarm.robot.driving.pilot import PilotInputs, PilotOutputs
 from swarm.robot.driving.safety import STAND, DriveState
@@ -19,6 +20,8 @@ from swarm.scenario.prepare import planning_grid
 from swarm.traffic.interface import MovingObstacle, TrafficActivity, TrafficInputs, TrafficOutputs
 from swarm.traffic.lattice.cell_map import CellMap
 from swarm.traffic.lattice.placement import cells_of, traffic_settings
+from swarm.traffic.obstacles.scan import Scan
+from swarm.traffic.peers.records import TrafficNote
 from swarm.traffic.step import Traffic
 from tests.robot.driving.shared import rolled, sense_of, to_a_stand, told
 from tests.shared import ROOM, scenario_of
@@ -33,6 +36,10 @@ class Granting(Traffic):
     """Traffic that grants what a test says, and keeps what it is asked."""
 
     grants: TrafficOutputs
+    due = True
+
+    def is_due(self, tick: int, scan: Scan) -> bool:
+        return self.due
 
     def step(self, inputs: TrafficInputs, cells: CellMap) -> TrafficOutputs:
         self.asked = inputs
@@ -64,6 +71,7 @@ class Driven:
         done: bool = False,
         anywhere: bool = False,
         target: int = 0,
+        heard: Sequence[Broadcast] = (),
         **granted: Any,  # noqa: ANN401, fields of what traffic grants
     ) -> PilotOutputs:
         """Drive for a tick; unless it is said otherwise, two cells are granted and a robot is near."""
@@ -77,7 +85,38 @@ class Driven:
         }  # fmt: skip
         self.traffic.grants = TrafficOutputs(**usual | granted)
         sense = replace(sense_of(body, tick), rays=RAYS, bearings=[None] * 3)
-        return self.pilot.drive(PilotInputs(sense, body.pose, goal, None, done, anywhere, target, self.navigator, ()))
+        return self.pilot.drive(
+            PilotInputs(sense, body.pose, goal, None, done, anywhere, target, self.navigator, heard)
+        )
+
+
+# --- between two steps of coordination ---
+
+
+def test_what_is_heard_between_two_steps_is_handed_over_in_the_next_and_nothing_is_said_twice() -> None:
+    one = Driven()
+    said = [Broadcast(robot=f"f{n}", run=0, tick=n, x=9.0, y=2.0, yaw=0.0, activity=Activity.DRIVE, target=0,
+                      distance=0.0, reached=[]) for n in range(4)]  # fmt: skip
+    note = TrafficNote("halted", ("r1",), "stopped")
+    moves = []
+    for tick, due in enumerate((True, False, False, True)):
+        one.traffic.due = due
+        moves.append(one.drive(tick=tick, heard=said[tick : tick + 1], events=(note,)))
+        expected = {0: [0], 3: [1, 2, 3]}.get(tick)
+        assert expected is None or [spoken.tick for spoken in one.traffic.asked.mute] == expected
+    assert [len(move.notes) for move in moves] == [1, 0, 0, 1]
+    assert len({move.held for move in moves}) == 1, "what was granted holds until the next step"
+
+
+@pytest.mark.parametrize("changed", [{"goal": (10.5, 2.5)}, {"done": True, "anywhere": True}])
+def test_another_goal_is_asked_for_at_once(changed: dict[str, Any]) -> None:
+    one = Driven()
+    one.drive(tick=0)
+    one.traffic.due = False
+    one.drive(tick=1)
+    assert one.traffic.asked.tick == 0
+    one.drive(tick=2, **changed)
+    assert one.traffic.asked.tick == 2
 
 
 # --- where it stands ---

@@ -184,7 +184,7 @@ def test_a_robot_that_is_stuck_serves_the_others_first_and_tries_again_when_none
     world.put_in(PoolTargets(id="shut", targets=[(5.5, 2.5)]))
     events = [event for _ in range(10) for event in simulation.step().events]
     world.put_in(PoolTargets(id="far", targets=[(1.5, 5.5), (14.5, 5.5)]))
-    while (world.time < STUCK or world.tasks.pool.waiting) and world.time < 300:
+    while (world.time < STUCK or world.tasks.pool.waiting) and world.time < 400:
         events += simulation.step().events
     back = [event for event in events if event.kind == "errand_back" and event.robot == "r1"]
     assert ["got no nearer for long" in event.text for event in back] == [True]

@@ -106,7 +106,9 @@ def _hopeless(simulation: Simulation) -> bool:
     # free is also who has just reached its last stop, and has not said so yet
     free = any(isinf(seconds) for name, seconds in zip(world.robots, stands, strict=True) if name not in dead)
     has_just_got_one = any(isinf(stands[one.robot]) for one in world.tasks.pool.taken if one.robot is not None)
-    if has_just_got_one or (free and world.plans_matter):
+    # an errand of a dead robot goes back to the pool once that one is silent for long
+    comes_back = any(world.robots[one.robot] in dead for one in world.tasks.pool.taken if one.robot is not None)
+    if has_just_got_one or (free and (world.plans_matter or comes_back)):
         return False  # errands go on
     return all(name in dead or stands[number] >= HOPELESS for number, name in enumerate(world.robots)) or (
         len(dead) == len(world.robots)
