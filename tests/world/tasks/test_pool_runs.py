@@ -174,6 +174,7 @@ def test_the_errand_of_a_dead_robot_is_done_by_another() -> None:
     assert clean(world)
 
 
+@pytest.mark.costs("minutes of a robot that waits for a body to move")
 def test_a_robot_that_is_stuck_serves_the_others_first_and_tries_again_when_none_is_left() -> None:
     """A dead robot stands where the nearest errand is: r1 waits there for long, but not for ever."""
     starts = {"poses": [[2.5, 2.5, 0.0], [5.5, 2.5, 0.0]]}
