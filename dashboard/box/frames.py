@@ -1,5 +1,6 @@
 """What the box tells a browser beside the wire's own messages: progress in numbers and words, and one robot's rules."""
 
+from collections.abc import Mapping
 from typing import Annotated, Final, NamedTuple
 
 import msgspec
@@ -8,6 +9,7 @@ from msgspec import Struct
 from dashboard.fold import naming, palette
 from dashboard.fold.progress import Progress
 from dashboard.fold.scene import Scene
+from dashboard.fold.state import Turn
 from swarm.errors import SwarmError
 from swarm.messages import Activity, Body, Liveness, Phase, PoolCounts, Truth
 from swarm.messages.fields import says
@@ -17,6 +19,7 @@ RULES: Final = "box/rules"
 HELLO: Final = "box/hello"
 JOINT: Final = "box/joint"
 LEARNED: Final = "box/learned"
+ALONE: Final = Turn(0, 0)
 COLOURS: Final = 32  # robots with a colour of their own; then the colours repeat
 
 
@@ -36,6 +39,14 @@ class RobotRow(Struct, frozen=True, kw_only=True):
     waited: Annotated[float, says("s; in this run")]
     unreachable: Annotated[tuple[int, ...], says("targets given up because no path leads there")]
     assignment: Annotated[int, says("number of its targets; 0: the scenario's")]
+    turn: Annotated[
+        int,
+        says(
+            "its turn among the robots that drive to its target, 1: it is next; by their joint plan as far as it is "
+            "heard, else by metres left; 0: no other robot drives there"
+        ),
+    ]
+    queue: Annotated[int, says("robots that drive to its target, itself included; 0: no other robot drives there")]
 
 
 class Overview(Struct, frozen=True, kw_only=True):
@@ -80,10 +91,12 @@ def framed(key: str, content: object) -> str:
 class Overviewing(NamedTuple):
     """An overview that is made when the first browser takes it; the same progress makes the same one.
 
-    ``home`` says whether the scenario's mission returns, ``link`` whether the box is connected.
+    ``turns`` are those of the robots that share a target, ``home`` says whether the scenario's mission returns, and
+    ``link`` whether the box is connected.
     """
 
     progress: Progress
+    turns: Mapping[str, Turn]
     home: bool
     link: bool
 
@@ -97,12 +110,12 @@ class Overviewing(NamedTuple):
             link=self.link,
             share=progress.way,
             contacts=sum(event.kind == naming.CONTACT and event.run == progress.run for event in progress.events),
-            robots=tuple(_row(progress, name, self.home) for name in progress.order),
+            robots=tuple(_row(progress, name, self.turns.get(name, ALONE), self.home) for name in progress.order),
             pool=progress.pool,
         )
 
 
-def _row(progress: Progress, name: str, home: bool) -> RobotRow:
+def _row(progress: Progress, name: str, turn: Turn, home: bool) -> RobotRow:
     robot = progress.robot(name)
     return RobotRow(
         robot=name,
@@ -118,6 +131,8 @@ def _row(progress: Progress, name: str, home: bool) -> RobotRow:
         waited=round(progress.seconds(robot.waited), 1),
         unreachable=robot.unreachable,
         assignment=robot.assignment,
+        turn=turn.number,
+        queue=turn.of,
     )
 
 

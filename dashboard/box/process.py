@@ -13,6 +13,7 @@ from dashboard.box import frames as telling
 from dashboard.box.asking import Asking
 from dashboard.box.server import Server
 from dashboard.box.viewer import RerunPage
+from dashboard.fold.overlays import DETAILED
 from dashboard.fold.state import RunState
 from dashboard.listening import Listener
 from dashboard.mode import box_address
@@ -121,8 +122,9 @@ class Page:
         overview = self._frames % OVERVIEW_EVERY == 0 or last
         if overview:
             home = state.scene is not None and state.scene.settings.return_home
-            frames[telling.OVERVIEW] = telling.Overviewing(state.progress, home, self._link)
-            self._listener.turn_to(state.wanted(selected))
+            frames[telling.OVERVIEW] = telling.Overviewing(state.progress, state.turns(), home, self._link)
+            few = self._server.watched and len(state.progress.order) <= DETAILED
+            self._listener.turn_to(state.wanted(state.progress.order if few else selected))
         if state.truth is not None and state.scene is not None and state.overlays is not None:
             if selected:
                 frames[telling.RULES] = telling.rules(state.scene, state.truth, selected)

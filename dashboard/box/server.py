@@ -101,6 +101,11 @@ class Server:
         """The robots that browsers have selected."""
         return self._board.selected
 
+    @property
+    def watched(self) -> bool:
+        """True if a browser looks."""
+        return bool(self._board.viewers)
+
     def show(self, frames: Mapping[str, object]) -> None:
         """Put frames on all pages, each in place of the one before of its kind: key -> content."""
         self._loop.call_soon_threadsafe(self._show, dict(frames))

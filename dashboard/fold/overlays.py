@@ -10,7 +10,7 @@ from typing import Annotated, Final, NamedTuple
 
 from msgspec import Struct
 
-from dashboard.fold.plans import Followed, followed
+from dashboard.fold.plans import Followed, followed, in_turn
 from dashboard.fold.scene import Scene
 from swarm.errors import SwarmError
 from swarm.messages import Body, Broadcast, Truth
@@ -123,16 +123,24 @@ class Overlays:
 
     def joint(self, truth: Truth) -> list[Joint]:
         """Return the joint plans under way; a robot that is silent for so long that it loses its turns is left out."""
-        if truth.run != self._run:
-            return []
-        absent = traffic_settings(self._scene.settings).absent
         bodies = {body.robot: body for body in truth.bodies}
-        heard = {
+        return [drawn(plan, self._cells, bodies) for plan in followed(self._heard(truth), self._plans)]
+
+    def in_turn(self, robots: Sequence[str], truth: Truth) -> list[str]:
+        """Return robots that drive to one target in the order of their turns there, as given where no plan says it."""
+        return in_turn(robots, self._heard(truth), self._plans)
+
+    def _heard(self, truth: Truth) -> dict[str, Record]:
+        """Return the newest record of each robot of the run that has not been silent for long."""
+        if truth.run != self._run:
+            return {}
+        absent = traffic_settings(self._scene.settings).absent
+        there = {body.robot for body in truth.bodies}
+        return {
             robot: record
             for robot, record in self._records.items()
-            if robot in bodies and truth.tick - record.stamp <= absent
+            if robot in there and truth.tick - record.stamp <= absent
         }
-        return [drawn(plan, self._cells, bodies) for plan in followed(heard, self._plans)]
 
     def learned(self, truth: Truth) -> Learned | None:
         """Return the floor as robots have learned it by the moment of ``truth``; None: they were given it."""

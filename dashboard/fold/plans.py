@@ -3,7 +3,7 @@
 Pure: computed from each robot's own record and from the plans that leaders sent. Cells are numbers of the ``CellMap``.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import groupby
 from typing import NamedTuple
 
@@ -33,6 +33,27 @@ def followed(records: Mapping[str, Record], plans: Mapping[Epoch, JointPlan]) ->
         if any(len(way) > 1 for way in ways.values()):
             found.append(Followed(epoch.leader, ways, {} if plan is None else _turns(plan, members)))
     return found
+
+
+def in_turn(robots: Sequence[str], records: Mapping[str, Record], plans: Mapping[Epoch, JointPlan]) -> list[str]:
+    """Return robots that drive to one target in the order of their turns there.
+
+    The members of one joint plan change places among themselves, into the order in which it leads them into the cell of
+    the target. All others stay where they are in ``robots``.
+    """
+    turns: dict[Epoch, dict[str, int]] = {}
+    for epoch, plan in plans.items():
+        members = {robot: records[robot] for robot in robots if robot in records and records[robot].epoch == epoch}
+        visits = _visits(plan) if len(members) > 1 else {}
+        for robot, record in members.items():
+            for turn, (name, step) in enumerate(visits.get(record.goal, ())):
+                if name == robot and step >= record.left:
+                    turns.setdefault(epoch, {}).setdefault(robot, turn)
+    order = list(robots)
+    for turn_of in turns.values():
+        members_in_turn = iter(sorted(turn_of, key=turn_of.__getitem__))
+        order = [next(members_in_turn) if robot in turn_of else robot for robot in order]
+    return order
 
 
 def _way(record: Record, plan: JointPlan | None) -> tuple[int, ...]:

@@ -2,15 +2,36 @@
 
 from collections import Counter
 from collections.abc import Collection
-from typing import Final
+from typing import Final, NamedTuple
 
 from dashboard.fold.overlays import Overlays
 from dashboard.fold.progress import Progress, fold
 from dashboard.fold.scene import Scene, scene_of
 from swarm.bus import Arrival, Presence
-from swarm.messages import Broadcast, Clock, Event, Events, Map, Message, Plan, Status, Truth
+from swarm.messages import (
+    Activity,
+    Broadcast,
+    Clock,
+    Event,
+    Events,
+    Liveness,
+    Map,
+    Message,
+    Plan,
+    Point,
+    Status,
+    Truth,
+)
 
 ALL: Final = "*"  # as in a key: any robot
+UNDER_WAY: Final = frozenset({Activity.DRIVE, Activity.GIVE_WAY, Activity.BLOCKED})
+
+
+class Turn(NamedTuple):
+    """The place of a robot in the queue for its target."""
+
+    number: int  # 1: it is next
+    of: int  # robots that drive to that target
 
 
 class RunState:
@@ -75,6 +96,27 @@ class RunState:
             case Broadcast() if self.overlays is not None:
                 self.overlays.hear(message)
         return self.progress is not before
+
+    def turns(self) -> dict[str, Turn]:
+        """Return the turn of each robot whose target other robots drive to as well: their paths end in one point.
+
+        Robots of one joint plan come in its order, if their broadcasts are heard; the others by the length of the path
+        that is left. Robots that are done, were told to stop, or are silent are not counted.
+        """
+        progress, queues = self.progress, dict[Point, list[str]]()
+        for name in progress.order:
+            path = self.paths.get(name)
+            under_way = progress.robot(name).activity in UNDER_WAY and progress.heard(name) is Liveness.ALIVE
+            if under_way and path is not None and path.points:
+                queues.setdefault(path.points[-1], []).append(name)
+        found: dict[str, Turn] = {}
+        for queue in queues.values():
+            if len(queue) > 1:
+                order = sorted(queue, key=lambda name: progress.robot(name).distance)
+                if self.overlays is not None and self.truth is not None:
+                    order = self.overlays.in_turn(order, self.truth)
+                found |= {name: Turn(number, len(order)) for number, name in enumerate(order, start=1)}
+        return found
 
     def wanted(self, looked_at: Collection[str]) -> frozenset[str]:
         """Return the robots whose broadcasts are needed if these are looked at; ``ALL`` for those of all.

@@ -3,6 +3,7 @@
 import { body, colour, row, state } from "./state.js";
 import { label } from "./strokes.js";
 import { theme } from "./theme.js";
+import { nth } from "./words.js";
 
 const LEAST = 5; // px, radius of a robot, however far away
 const TROUBLE = ["give_way", "blocked", "stopped"];
@@ -86,7 +87,7 @@ function names(context, view, bodies, radius) {
   const order = [...bodies.keys()].sort((a, b) => urgent(bodies[b]) - urgent(bodies[a]) || a - b);
   const meets = (box, other) => box[0] < other[2] && other[0] < box[2] && box[1] < other[3] && other[1] < box[3];
   for (const at of order) {
-    const { robot: name } = bodies[at], chosen = name === state.selected, [px, py] = discs[at];
+    const chosen = bodies[at].robot === state.selected, name = named(bodies[at]), [px, py] = discs[at];
     context.font = `${chosen ? 700 : 500} 12px system-ui, sans-serif`;
     const wide = context.measureText(name).width, away = radius + 4;
     const spots = [[away, -radius * 0.4], [-away - wide, -radius * 0.4], [-wide / 2, -away - 6], [-wide / 2, away + 6]];
@@ -98,6 +99,12 @@ function names(context, view, bodies, radius) {
     taken.push(box(spot));
     label(context, name, [px + spot[0], py + spot[1]], context.font, theme.ink, theme.halo, "left");
   }
+}
+
+/** Return a robot's name; while it waits for its turn at a target that others drive to as well, with that turn. */
+function named({ robot: name, activity }) {
+  const told = row(name);
+  return told?.queue && activity === "give_way" ? `${name} ${nth(told.turn)}` : name;
 }
 
 function robot(context, [px, py], radius, one) {

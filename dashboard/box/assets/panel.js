@@ -2,11 +2,11 @@
 
 import { ask, select } from "./link.js";
 import { about, body, colour, isDrafted, phase, row, state } from "./state.js";
-import { doing, ruleInWords, said, seconds } from "./words.js";
+import { doing, nth, ruleInWords, said, seconds } from "./words.js";
 
 const $ = (id) => document.getElementById(id);
 const MANY = 12; // robots; of more, the bars stand in two columns
-const SHORT = { "gives way": "waits" }; // what two columns have room for
+const SHORT = { "gives way": "waits" }; // what two columns have room for, and a row with a turn
 const RULES = 5; // rules shown, the strongest
 const EVENTS = 60; // events shown, the newest
 
@@ -104,7 +104,9 @@ function fill(item, told, many) {
     marks.replaceChildren(...Array.from({ length: Math.max(0, told.stops - 1) }, () => element("i")));
   }
   const since = told.waits >= 1 && !waiting ? ` ${Math.round(told.waits)} s` : "";
-  set(short, many ? SHORT[word] ?? word : word + since);
+  const queue = told.queue && here && !waiting ? `, ${nth(told.turn)} of ${told.queue}` : "";
+  const brief = many || queue ? SHORT[word] ?? word : word;
+  set(short, many ? brief : brief + since + queue);
   item.className = waiting ? "" : !here ? "lost" : told.activity;
   item.classList.toggle("chosen", told.robot === state.selected);
   const sentence = `${told.robot} ${doing(told, about(told.robot))}`;

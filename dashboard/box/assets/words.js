@@ -29,7 +29,8 @@ function edited(text) {
 export function doing(told, { seen, waiting, home }) {
   const { activity, heard, target, stops, reached, left, unreachable } = told;
   const stop = home && !told.assignment && target === stops - 1 ? "home" : `target ${target + 1}`;
-  const way = target < stops ? `${stop}, ${left.toFixed(1)} m left` : "its end";
+  const queue = told.queue ? `, ${nth(told.turn)} of ${told.queue} there` : "";
+  const way = target < stops ? `${stop}, ${left.toFixed(1)} m left${queue}` : "its end";
   const whom = seen?.waits.length ? ` to ${seen.waits.join(", ")}` : "", since = told.waits >= 1 ? ` for ${Math.round(told.waits)} s` : "";
   const done = `${reached} of ${count(stops, "target")} reached`;
   const lost = unreachable.length ? `; no way leads to ${unreachable.map((one) => one + 1).join(", ")}` : "";
@@ -37,8 +38,8 @@ export function doing(told, { seen, waiting, home }) {
   if (waiting || !stops) return "is ready, and waits for go";
   const says = {
     drive: `drives to ${way}; ${done}`,
-    give_way: `gives way${whom}${since}, before ${stop}; ${done}`,
-    blocked: `is blocked${since}: something unexpected is in its way to ${stop}; ${done}`,
+    give_way: `gives way${whom}${since}, before ${stop}${queue}; ${done}`,
+    blocked: `is blocked${since}: something unexpected is in its way to ${stop}${queue}; ${done}`,
     stopped: `stands: it was told to stop; ${done}`,
     done: `is done: ${done}`,
     ready: `is ready; ${done}`,
@@ -55,6 +56,12 @@ export function ruleInWords(text) {
 export function seconds(value) {
   if (value < 60) return `${value.toFixed(1)} s`;
   return `${Math.floor(value / 60)} min ${Math.floor(value % 60)} s`;
+}
+
+/** Return "1st", "2nd", "3rd", "4th", ... */
+export function nth(number) {
+  const last = [11, 12, 13].includes(number % 100) ? 0 : number % 10;
+  return `${number}${["th", "st", "nd", "rd"][last] ?? "th"}`;
 }
 
 /** Return a count with its word: "1 robot", "3 robots". */

@@ -6,6 +6,7 @@ import pytest
 from dashboard.box import frames as telling
 from dashboard.fold.progress import Progress
 from dashboard.fold.scene import scene_of
+from dashboard.fold.state import Turn
 from swarm.messages import Activity, Liveness, Map, Phase, PoolCounts
 from swarm.scenario.load import Scenario
 from tests.dashboard.fold.test_progress import folded
@@ -20,18 +21,19 @@ def test_the_overview_says_what_each_robot_does_and_how_far_it_is() -> None:
         msgspec.structs.replace(event(50), kind="contact", robot="a"),
         msgspec.structs.replace(clock(80), pool=PoolCounts(given=5, done=2, taken=1, waiting=2)),
     )
-    told = telling.Overviewing(progress, home=True, link=True)()
+    told = telling.Overviewing(progress, {"a": Turn(2, 4)}, home=True, link=True)()
     assert (told.run, told.phase, told.time, told.contacts) == (1, Phase.RUNNING, 4.0, 1)
     assert told.pool == PoolCounts(given=5, done=2, taken=1, waiting=2)
     first, second = told.robots
     assert (first.doing, first.target, first.left, first.waits) == ("gives way", 1, 3.0, 2.0)
     assert first.share == pytest.approx((1 + 0.25) / 3, abs=1e-4)
+    assert [(row.turn, row.queue) for row in told.robots] == [(2, 4), (0, 0)]
     assert (second.robot, second.stops, second.heard) == ("b", 0, Liveness.STALE)
     assert told.share == pytest.approx(first.share / 2, abs=1e-4), "who has not spoken has not moved"
 
 
 def test_before_the_world_speaks_there_is_an_overview_too() -> None:
-    told = telling.Overviewing(Progress(), home=True, link=False)()
+    told = telling.Overviewing(Progress(), {}, home=True, link=False)()
     assert (told.run, told.share, told.robots) == (0, 0.0, ())
 
 

@@ -8,6 +8,8 @@ import pytest
 from dashboard.box import frames as telling
 from dashboard.box.process import OVERVIEW_EVERY, Page
 from dashboard.box.server import Server
+from dashboard.fold.overlays import DETAILED
+from dashboard.listening import Listener
 from swarm.bus import Link
 from swarm.messages import CLOCK, EVENTS, MAP, PLAN, TRUTH, Message
 from tests.conftest import MakeBus
@@ -21,6 +23,7 @@ class Shown:
 
     def __init__(self) -> None:
         self.selected: frozenset[str] = frozenset()
+        self.watched = False
         self.frames: dict[str, Any] = {}
 
     def show(self, frames: Mapping[str, object]) -> None:
@@ -92,3 +95,32 @@ def test_where_robots_learn_the_floor_it_is_shown(page: Page, shown: Shown) -> N
     page.show(last=True)
     assert shown.frames[telling.LEARNED].cells == []
     assert shown.frames[telling.JOINT] == []
+
+
+@pytest.mark.parametrize(
+    ("robots", "watched", "selected", "heard"),
+    [
+        (3, True, set(), {"r1", "r2", "r3"}),
+        (3, False, set(), set()),
+        (DETAILED + 1, True, set(), set()),
+        (DETAILED + 1, True, {"r2"}, {f"r{number}" for number in range(1, DETAILED + 1)}),
+    ],
+)
+def test_of_a_few_robots_all_joint_plans_are_heard_while_a_browser_looks(
+    page: Page,
+    shown: Shown,
+    monkeypatch: pytest.MonkeyPatch,
+    robots: int,
+    watched: bool,
+    selected: set[str],
+    heard: set[str],
+) -> None:
+    """In one plan are the robots that drive to their first stop by it; the last of nine is in another one."""
+    rehearsal, second = Rehearsal(robots), 11 * RATE
+    for message in (floor(rehearsal), rehearsal.clock(second), rehearsal.truth(second)):
+        page.take(message)
+    turned: list[frozenset[str]] = []
+    monkeypatch.setattr(Listener, "turn_to", lambda listener, names: turned.append(names))
+    shown.watched, shown.selected = watched, frozenset(selected)
+    page.show(last=True)
+    assert turned == [heard]

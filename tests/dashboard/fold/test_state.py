@@ -3,10 +3,11 @@
 import pytest
 from msgspec.structs import replace
 
-from dashboard.fold.state import ALL, RunState
+from dashboard.fold.state import ALL, RunState, Turn
 from swarm.bus import Arrival, Presence
 from swarm.errors import SwarmError
-from swarm.messages import CLOCK, Events, Liveness, Message, Phase, Plan
+from swarm.messages import CLOCK, Activity, Broadcast, Events, Liveness, Message, Phase, Plan, Truth
+from swarm.messages.traffic import Entry, Epoch, JointPlan, Record, TrafficBroadcast
 from tests.dashboard.drawn import floor
 from tests.dashboard.rehearsal import RATE, Rehearsal
 from tests.messages.made import broadcast, clock, event, state, truth
@@ -114,3 +115,65 @@ def test_a_run_that_is_over_is_told_by_the_clock_too() -> None:
     over = clock(9, phase=Phase.OVER)
     known = told(clock(5), over)
     assert (known.clock, known.progress.phase) == (over, Phase.OVER)
+
+
+NAMES = ("a", "b", "c", "d")
+GOAL, BEFORE = 7, {"a": 1, "b": 2, "c": 3, "d": 4}  # cells: of the target, and of each robot before it
+EPOCH = Epoch(3, "c")
+LEADS_IN = JointPlan(  # c enters the cell of the target first, then a, then b
+    epoch=EPOCH,
+    ways={name: (BEFORE[name], GOAL, BEFORE[name]) for name in "abc"},
+    after={"a": (Entry(1, "c", 1),), "b": (Entry(1, "a", 1),)},
+)
+HERE, THERE = (9.0, 9.0), (5.0, 5.0)  # m; two targets
+
+
+def drives(robot: str, left: float, to: tuple[float, float] = HERE, **changed: object) -> list[Message]:
+    """A robot that drives to a target, so far away [m]."""
+    return [state(20, robot, distance=left, **changed), Plan(robot=robot, run=1, tick=20, points=[(0.0, left), to])]
+
+
+def follows(robot: str, left: int = 0) -> Broadcast:
+    """A robot of the plan that has left so many cells of its way."""
+    plan = LEADS_IN if robot == EPOCH.leader else None
+    own = Record(robot=robot, stamp=20, x=0.0, y=0.0, goal=GOAL, epoch=EPOCH, left=left, plan=plan)
+    return broadcast(20, robot, distance=1.0, traffic=TrafficBroadcast(own=own))
+
+
+def seen(tick: int = 20) -> Truth:
+    (body,) = truth(tick).bodies
+    return replace(truth(tick), bodies=[replace(body, robot=name) for name in NAMES])
+
+
+THREE = [*drives("a", 1.0), *drives("b", 2.0), *drives("c", 3.0)]
+PLANNED = [*THREE, *map(follows, "abc"), seen()]
+
+# fmt: off
+QUEUES: dict[str, tuple[list[Message], dict[str, Turn]]] = {  # what is known -> the turns
+    "nobody has spoken":               ([],                                                        {}),
+    "one alone":                       (drives("a", 3.0),                                          {}),
+    "each to another place":           ([*drives("a", 3.0), *drives("b", 2.0, THERE)],             {}),
+    "by what is left":                 ([*drives("a", 3.0), *drives("b", 2.0)],                    {"b": Turn(1, 2), "a": Turn(2, 2)}),
+    "two queues":                      ([*drives("a", 3.0), *drives("b", 2.0), *drives("c", 1.0, THERE), *drives("d", 4.0, THERE)],
+                                        {"b": Turn(1, 2), "a": Turn(2, 2), "c": Turn(1, 2), "d": Turn(2, 2)}),
+    "other numbers, the same place":   ([*drives("a", 3.0), *drives("b", 2.0, target=1)],          {"b": Turn(1, 2), "a": Turn(2, 2)}),
+    "who gives way or is blocked":     ([*drives("a", 3.0, activity=Activity.GIVE_WAY), *drives("b", 2.0, activity=Activity.BLOCKED)],
+                                        {"b": Turn(1, 2), "a": Turn(2, 2)}),
+    "one was told to stop":            ([*drives("a", 3.0), *drives("b", 2.0, activity=Activity.STOPPED)], {}),
+    "one is done":                     ([*drives("a", 3.0), *drives("b", 0.0, activity=Activity.DONE)],    {}),
+    "one has no path":                 ([*drives("a", 3.0), state(20, "b")],                       {}),
+    "one is silent":                   ([*drives("a", 3.0), *drives("b", 2.0), clock(200, robots=NAMES), *[replace(m, tick=200) for m in drives("a", 3.0)]], {}),
+    "by the plan, not by what is left": (PLANNED,                                                  {"c": Turn(1, 3), "a": Turn(2, 3), "b": Turn(3, 3)}),
+    "one outside the plan keeps its place": ([*PLANNED, *drives("d", 1.5)],
+                                        {"c": Turn(1, 4), "d": Turn(2, 4), "a": Turn(3, 4), "b": Turn(4, 4)}),
+    "a plan whose robots were not seen": (PLANNED[:-1],                                            {"a": Turn(1, 3), "b": Turn(2, 3), "c": Turn(3, 3)}),
+    "one has left the target's cell":  ([*THREE, follows("a", 2), follows("b"), follows("c"), seen()],
+                                        {"a": Turn(1, 3), "c": Turn(2, 3), "b": Turn(3, 3)}),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", QUEUES)
+def test_robots_with_one_target_have_turns(name: str) -> None:
+    known, turns = QUEUES[name]
+    assert told(FLOOR, clock(20, robots=NAMES), *known).turns() == turns
