@@ -15,7 +15,7 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from docs import concepts, contract, fields, figure5, layers, speeds, tick, vectors
+from docs import concepts, contract, fields, figure5, handover, layers, speeds, tick, vectors
 from docs.markdown import rows, said
 from swarm.launch.drill import judge
 from swarm.launch.drill import table as drill_table
@@ -180,6 +180,7 @@ FILES: Final[dict[str, Callable[[], str]]] = {
     "mission.svg": figure5.svg,
     "speeds.svg": speeds.svg,
     "pictures/rooms.svg": layers.svg,
+    "pictures/handover.svg": handover.svg,
     "../schemas/wire.json": schema.index,
     **{f"../schemas/{name}.json": partial(schema.schema_of, kind) for name, kind in schema.kinds().items()},
     **vectors.FILES,

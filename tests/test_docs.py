@@ -23,6 +23,7 @@ def test_generated_parts_are_what_the_code_says(page: str) -> None:
     assert renewed(text) == text, "out of date: python -m docs.generate"
 
 
+@pytest.mark.costs("handover.svg draws two runs of eight robots")
 @pytest.mark.parametrize("picture", FILES)
 def test_generated_pictures_are_what_the_code_draws(picture: str) -> None:
     drawn = (ROOT / "docs" / picture).read_text(encoding="utf-8")
