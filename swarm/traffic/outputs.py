@@ -45,6 +45,12 @@ class StepResult(NamedTuple):
     speaks: bool  # it is its turn to broadcast
     events: tuple[TrafficNote, ...]
 
+    @property
+    def busy(self) -> bool:
+        """True if the next step is due in the next tick: it makes a joint plan, or an obstacle is near it."""
+        halt = self.halt
+        return self.joint.collect is not None or halt.stopped or bool(halt.threats) or self.face is not None
+
 
 class RecordWriter:
     """Writes one robot's record. ``slot`` is its place in the round of broadcasts, ``side`` [m] that of a cell."""

@@ -123,11 +123,10 @@ class Traffic:
         """
         heard = self._listen(inputs, cells)
         result = self._decide(inputs, heard, cells)
-        halt = result.halt
-        busy = self._joint.collect is not None or halt.stopped or bool(halt.threats) or result.face is not None
         self._before = Before(
-            inputs.tick, result.progress, result.moved, heard.listen_until, halt.threats, result.situation.then, busy
-        )
+            inputs.tick, result.progress, result.moved, heard.listen_until, result.halt.threats,
+            result.situation.then, result.busy,
+        )  # fmt: skip
         self._joins = cells.neighbours
         return self._speak(result)
 
