@@ -2,18 +2,21 @@
 
 from bisect import bisect_right
 from collections.abc import Callable, Iterator, Mapping
+from math import hypot
 from typing import Final
 
 from swarm.maps.occupancy import OccupancyMap
 from swarm.messages.traffic import Claim, Record
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
 from swarm.traffic.lattice.placement import cells_of
+from world.bodies.movers import Patrol
 from world.faults import SILENT, Health
 from world.storm.history.history import History, Moment
 
 PUSHED: Final = 400  # ticks after a contact in which a body may be outside its cells: it creeps back
 EXACT: Final = 1e-6  # m and s
 AWAY: Final = 20  # ticks without a step after which a robot starts with new reservations
+SHARES: Final = 200  # places along a moving obstacle's path
 
 Found = Iterator[tuple[int, tuple[str, ...], str]]  # tick, robots, what happened
 Law = Callable[[History], Found]
@@ -27,6 +30,16 @@ def floor_at(history: History, tick: int) -> OccupancyMap:
 def cells_at(history: History, tick: int) -> CellMap:
     """Return the cells of the floor as it is at a tick."""
     return cells_of(floor_at(history, tick), history.settings)
+
+
+def cells_swept(history: History, cells: CellMap) -> frozenset[int]:
+    """Return the cells in which a body may meet a moving obstacle."""
+    settings, found = history.settings, set[int]()
+    for mover in settings.movers:
+        patrol, radius = Patrol(mover), mover.radius or hypot(*(mover.size or (0.0, 0.0))) / 2
+        along = [patrol.at(share / SHARES * patrol.period)[:2] for share in range(SHARES)]
+        found.update(cells.swept(along, radius + settings.robot.radius))
+    return frozenset(found)
 
 
 def claims_of(record: Record) -> dict[int, Claim]:

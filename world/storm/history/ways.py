@@ -1,20 +1,15 @@
 """The search for stops that the robots of a recorded run could still reach, past dead robots and past each other."""
 
 from itertools import combinations
-from math import hypot
-from typing import Final
 
 from swarm.geometry import Pose
 from swarm.maps.occupancy import Point
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
 from swarm.traffic.lattice.distances import FAR
 from swarm.traffic.lattice.placement import cells_of, comes_near
-from world.bodies.movers import Patrol
 from world.storm.history.brute import can_all_arrive
 from world.storm.history.history import History, Moment
-from world.storm.history.seen import cells_at, dead_of
-
-SHARES: Final = 200  # places along a moving obstacle's path
+from world.storm.history.seen import cells_at, cells_swept, dead_of
 
 
 class Ways:
@@ -38,7 +33,7 @@ class Ways:
         """
         cells = cells_at(self._history, self._last.tick)
         bodies, goals = self._bodies(cells, number), self._standing(cells, place)
-        swept = self._swept(cells) if bodies else frozenset()
+        swept = cells_swept(self._history, cells) if bodies else frozenset()
         return bool(goals & self._reach(cells, self._last.poses[number], bodies, swept))
 
     def always_there(self, number: int, stop: int) -> bool:
@@ -113,15 +108,6 @@ class Ways:
             if name in self._dead and number != but
             for cell in cells.touched(pose.x, pose.y, radius)
         )
-
-    def _swept(self, cells: CellMap) -> frozenset[int]:
-        """Return the cells in which a body may meet a moving obstacle."""
-        settings, found = self._history.settings, set[int]()
-        for mover in settings.movers:
-            patrol, radius = Patrol(mover), mover.radius or hypot(*(mover.size or (0.0, 0.0))) / 2
-            along = [patrol.at(share / SHARES * patrol.period)[:2] for share in range(SHARES)]
-            found.update(cells.swept(along, radius + settings.robot.radius))
-        return frozenset(found)
 
     def _reach(self, cells: CellMap, pose: Pose, blocked: frozenset[int], swept: frozenset[int]) -> frozenset[int]:
         under = [

@@ -8,7 +8,7 @@ from typing import Final, NamedTuple
 
 from world.storm.history.history import History
 from world.storm.history.seen import Law
-from world.storm.laws import claims, driving, floor, mission, orders, pool, wire
+from world.storm.laws import claims, driving, fairness, floor, mission, orders, pool, wire
 
 
 class Violation(NamedTuple):
@@ -39,6 +39,7 @@ LAWS: Final[Mapping[str, Law]] = {
     "truthful": mission.truthful,
     "nobody stands unnamed": mission.nobody_stands_unnamed,
     "the report agrees": mission.report_agrees,
+    "nobody is overtaken for ever": fairness.nobody_overtaken_for_ever,
     "passes the wire": wire.passes_the_wire,
     "broadcasts are heard": wire.broadcasts_are_heard,
     "orders are kept": orders.orders_are_kept,
@@ -47,8 +48,11 @@ LAWS: Final[Mapping[str, Law]] = {
 
 # laws about the scenario's own stops; in a run with orders or a pool, robots have others
 OWN_STOPS: Final = frozenset(
-    {"flags stay", "all arrive", "it ends", "truthful", "nobody stands unnamed", "the report agrees"}
-)
+    {
+        "flags stay", "all arrive", "it ends", "truthful", "nobody stands unnamed", "the report agrees",
+        "nobody is overtaken for ever",
+    }
+)  # fmt: skip
 
 
 def judge(history: History) -> list[Violation]:
