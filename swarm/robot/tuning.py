@@ -70,6 +70,9 @@ class PilotTuning(NamedTuple):
     nowhere_after: float = 5.0  # s without a shorter way, after which a robot gets nowhere (docs/fuzzy.md)
     longer: int = 6  # cells; a way that grew by more than this is a different way
     passage: int = 2  # neighbours of a cell, at most, in a passage, where a robot turns while it waits (decision 13)
+    # m from the point of its cell nearest to the next cell, where a robot that waits for that cell stops. At 0 and
+    # 0.12 m the bearing of the point changes fast, and the safety filter instead of the tables turns the robot
+    queued: float = 0.25
     # s in all for which a robot that is done tries to get back to its last stop, from which it made room for others;
     # then it stays where it is in nobody's way. Robots on a ring, in an order in which not all can be back, never ended
     settles_after: float = 60.0

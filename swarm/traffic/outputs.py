@@ -137,13 +137,21 @@ def waypoints(
         points = points[1:] or [(result.inputs.pose.x, result.inputs.pose.y)]
     if stops_in(result, ahead) and goal.wish is not None:
         points[-1] = goal.place(goal.wish, settings.standing_room, cells)
-    elif progress.route and (
-        progress.route[0] == result.leans_to or (settings.in_sight and cells.is_blind(progress.head, progress.route[0]))
-    ):
+    elif progress.route and not result.free_drive and rolls_up(result, settings):
         points.append(cells.leaning(progress.head, progress.route[0], settings.leaning_room))
     elif not progress.route and progress.head == goal.cell and goal.wish is not None:
         points[-1] = goal.place(goal.wish, settings.standing_room, cells)
     return tuple(points)
+
+
+def rolls_up(result: StepResult, settings: TrafficConstants) -> bool:
+    """Return True if the robot drives on in its last cell up to the next one, and not to the middle of its cell.
+
+    There it stands when its turn comes, or it leans to look or to be heard.
+    """
+    head, following = result.progress.head, result.progress.route[0]
+    blind = settings.in_sight and result.situation.cells.is_blind(head, following)
+    return following == result.leans_to or blind or not looks(result, settings)
 
 
 def looks(result: StepResult, settings: TrafficConstants) -> bool:

@@ -157,13 +157,13 @@ PLANTED: dict[str, tuple[str, str, tuple[Plant, ...]]] = {  # the law that it br
     "held cells let go early": ("no hold without a claim", "one cell", (
         Plant(RouteProgress, "released", lambda real: lambda self, touched, *rest: real(self, (), *rest)),)),
     "margin lost": ("no body outside", "claims 0", (traffic(margin=-0.02),)),
-    "plan order ignored": ("all arrive", "dead 5", (Plant(Following, "waits_for", always(None)),)),
+    "plan order ignored": ("all arrive", "dead 7", (Plant(Following, "waits_for", always(None)),)),
     "take although held": ("takes only what is free", "claims 2", (Plant(TAKE, "somebody holds it", always(True)),)),
     "no listening": ("listens first", "swap", (traffic(listen=0),)),
     "edit ignored": ("all arrive", "wall", (Plant(CellPilot, "take_floor", always(None)),)),
     "never looks": ("all arrive", "dead", (Plant(Inspector, "inspect", always(Inspection())),)),
     "grant without 'I hold it'": ("no false agreement", "one cell", (Plant(GRANT, "I hold the cell", always(True)),)),
-    "grant without 'older claim'": ("no false agreement", "claims 1", (
+    "grant without 'older claim'": ("no false agreement", "contest 1", (
         Plant(GRANT, "I have an older claim", always(True)),)),
     "take unacknowledged": ("no hold without a claim", "loss", (
         Plant(TAKE, "not all have acknowledged", always(True)),)),
@@ -176,13 +176,13 @@ PLANTED: dict[str, tuple[str, str, tuple[Plant, ...]]] = {  # the law that it br
     "braking path forgotten": ("room to brake", "late", (Plant(SafetyFilter, "braking", always(safety.AT_REST)),)),
     "nothing is slowed": ("no contact", "one cell", (
         Plant(SafetyFilter, "check", lambda _: lambda self, sense, tables, limits: safety.WheelSpeeds(*tables)),)),
-    "spare lost": ("no contact", "one cell", (Plant(safety, "SAFETY", lambda real: real._replace(gap=-real.gap)),)),
+    "spare lost": ("no contact", "dead", (Plant(safety, "SAFETY", lambda real: real._replace(gap=-real.gap)),)),
     "room taken without acknowledgement": ("no hold without a claim", "one cell", (
         Plant(Claiming, "step", room_unasked),)),
     "room never given back": ("all arrive", "swap", (
         Plant(RouteProgress, "released", lambda real: lambda self, touched, body, room=(), *rest: real(self, touched, body, self.reservations.held, *rest)),)),
-    "relayed records dropped": ("all arrive", "dead 32", (Plant(PeerRecords, "hear", without_relayed),)),
-    "brakes taken for twice as strong": ("room to brake", "movers 9", (
+    "relayed records dropped": ("all arrive", "dead 7", (Plant(PeerRecords, "hear", without_relayed),)),
+    "brakes taken for twice as strong": ("room to brake", "movers 2", (
         Plant(cell_pilot, "SafetyFilter", lambda real: lambda settings: real(strong_brakes(settings))),)),
     "staleness times 100": ("no wait for the silent", "asleep", (traffic(fresh=4000),)),
     "command timeout ignored": ("no body outside", "asleep", (
@@ -196,7 +196,7 @@ PLANTED: dict[str, tuple[str, str, tuple[Plant, ...]]] = {  # the law that it br
         Plant(RadioModel, "hears", lambda real: lambda self, poses, sent: real(self, poses, of_newest_tick(sent))),)),
     "of several late answers one is not heard": ("broadcasts are heard", "slow", (
         Plant(LastMessages, "take", only_the_newest),)),
-    "a new process counts claims from 1": ("claims numbered once", "away", (Plant(step, "after_sleep", numbered_from_one),)),
+    "a new process counts claims from 1": ("claims numbered once", "away 0", (Plant(step, "after_sleep", numbered_from_one),)),
 }
 # fmt: on
 
@@ -222,6 +222,7 @@ DEAR: Final = {
     "relayed records dropped",
     "take although held",
     "brakes taken for twice as strong",
+    "a new process counts claims from 1",
     "no order among claims of one tick",
 }
 

@@ -154,11 +154,18 @@ def points(
 
 
 def test_a_robot_drives_over_the_middles_of_its_cells() -> None:
-    assert points(doing("abc", "d", "h"), "abc", "abc") == ROW.points("abc")
-    assert points(doing("abc", "d", "h"), "abc", "bc") == ROW.points("bc"), "another robot is in a too"
-    assert points(doing("a", "d", "h"), "a", "") == [ROW.cells.centre(A)], "and there is nowhere else: it stays"
+    assert points(doing("abc", "", "h"), "abc", "abc") == ROW.points("abc")
+    assert points(doing("abc", "", "h"), "abc", "bc") == ROW.points("bc"), "another robot is in a too"
+    assert points(doing("a", "", "h"), "a", "") == [ROW.cells.centre(A)], "and there is nowhere else: it stays"
     moved = TrafficInputs(5, ROW.pose(A)._replace(x=0.9), None)
-    assert points(doing("a", "d", "h", inputs=moved), "a", "") == [(0.9, ROW.cells.centre(A)[1])]
+    assert points(doing("a", "", "h", inputs=moved), "a", "") == [(0.9, ROW.cells.centre(A)[1])]
+    free = doing("a", "bcd", "h", free_drive=(A, B))
+    assert points(free, "abc", "abc") == ROW.points("abc"), "nobody keeps it out of the next cells"
+
+
+def test_a_robot_drives_up_to_the_next_cell_of_its_way() -> None:
+    x, y = ROW.points("c")[0]
+    assert points(doing("abc", "d", "h"), "abc", "abc") == [*ROW.points("abc"), pytest.approx((x + 0.29, y))]
 
 
 def test_the_last_point_is_the_stop_itself() -> None:
@@ -177,7 +184,7 @@ def test_who_leans_drives_on_to_where_it_leans() -> None:
     """A robot leans 0.6 - 0.31 m out of the middle of its cell."""
     x, y = ROW.points("a")[0]
     assert points(doing("a", "bc", "h", leans_to=B), "a", "a") == [(x, y), pytest.approx((x + 0.29, y))]
-    assert points(doing("a", "bc", "h", leans_to=C), "a", "a") == [(x, y)]
+    assert points(doing("a", "bc", "h", leans_to=C), "a", "a") == [(x, y)], "it looks from the middle"
 
 
 def test_where_walls_stop_the_radio_a_robot_leans_round_a_corner() -> None:
@@ -188,7 +195,6 @@ def test_where_walls_stop_the_radio_a_robot_leans_round_a_corner() -> None:
     at_corner = doing("a", "b", "h", progress=way)
     at_corner = at_corner._replace(situation=at_corner.situation._replace(cells=corner.cells))
     assert list(waypoints(at_corner, (a,), (a,), radio)) == [(x, y), pytest.approx((x + 0.29, y))]
-    assert list(waypoints(at_corner, (a,), (a,), SETTINGS)) == [(x, y)]
     assert points(doing("a", "bc", "h"), "a", "a", radio) == ROW.points("a"), "no corner"
 
 

@@ -43,6 +43,7 @@ from swarm.traffic.step import Traffic
 
 RESTS: Final = frozenset({Activity.READY, Activity.STOPPED, Activity.DONE})  # a robot wants to go nowhere
 SHUT_OFF: Final = frozenset({TrafficActivity.CUT_OFF, TrafficActivity.LOOKING})  # by walls, or by who is silent
+ROLLS_UP: Final = frozenset({TrafficActivity.DRIVING, TrafficActivity.WAITING})  # in its last cell, to the next one
 GIVES_WAY: Final = frozenset({TrafficActivity.WAITING, TrafficActivity.STANDING, TrafficActivity.LEADING})
 
 
@@ -276,6 +277,9 @@ class CellPilot:
     def _rests(self, inputs: PilotInputs, granted: TrafficOutputs) -> bool:
         """Return True if the robot may stand where it is in its last held cell: it need not reach a certain point."""
         if len(granted.held) > 1 or granted.unconstrained or granted.exactly:
+            return False
+        rolls_up = granted.activity in ROLLS_UP and len(granted.way) > 1
+        if rolls_up and distance_along(inputs.pose, granted.waypoints) > PILOT.queued:
             return False
         away = distance(inputs.pose, inputs.goal)
         if inputs.done and not granted.waits and away > PILOT.well_within * self._settings.reach:

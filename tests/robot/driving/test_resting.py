@@ -29,6 +29,7 @@ from tests.shared import ROOM, scenario_of
 AT = Pose(4.5, 3.5, 0.0)  # the centre of a cell of 1 m
 HALL = "#" * 21 + "\n" + ("#" + "." * 19 + "#\n") * 6 + "#" * 21 + "\n"
 FAR = (18.5, 3.5)
+STANDING = TrafficActivity.STANDING
 RAYS = [1.6] * 15  # m; they see nothing
 
 
@@ -133,17 +134,26 @@ RESTS: dict[str, tuple[dict[str, Any], bool, float, float, bool]] = {
     "done, and not so near":                  ({},                                  True,  0.37, 0.24, False),
     "done, not so near, and waiting":         ({"waits": ("r1",)},                  True,  0.37, 0.24, True),
     "not done, and near its stop":            ({},                                  False, 0.37, 0.24, True),
+    "not yet up to the next cell":            ({"way": 3},                          False, 3.0,  0.60, False),
+    "up to the next cell":                    ({"way": 3},                          False, 3.0,  0.50, True),
+    "it waits for a plan":                    ({"way": 3, "activity": STANDING},    False, 3.0,  0.60, True),
 }
 # fmt: on
 
 
 @pytest.mark.parametrize("name", RESTS)
 def test_a_robot_rests_in_its_last_cell_where_its_footprint_fits(name: str) -> None:
-    """Its radius is 0.2 m and the margin 0.03 m; a robot that is done comes as near as nine tenths of 0.4 m."""
+    """Its radius is 0.2 m and the margin 0.03 m; a robot that is done comes as near as nine tenths of 0.4 m.
+
+    Who waits for the next cell drives up to 0.25 m from the point 0.31 m before it.
+    """
     grants, done, away, edge, rests = RESTS[name]
     one, pose = Driven(), AT._replace(x=5.0 - edge)
     held = one.row(count=2 if "held" in grants else 1)
-    move = one.drive(pose, goal=(pose.x + away, pose.y), done=done, **grants | {"held": held})
+    way = one.row(count=grants.get("way", len(held)))
+    up_to = (one.cells.leaning(held[-1], held[-1] + 1, 0.31),) if len(way) > len(held) else ()
+    granted = {"held": held, "way": way, "waypoints": (*map(one.cells.centre, held), *up_to)}
+    move = one.drive(pose, goal=(pose.x + away, pose.y), done=done, **grants | granted)
     assert (move.speeds == STAND) is rests
 
 

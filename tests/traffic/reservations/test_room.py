@@ -222,7 +222,8 @@ def test_a_stop_farther_on_than_what_it_drives_through_cuts_nothing() -> None:
     (*_, last) = robot.run(LONG)
     assert last.held[-1] in range(A + 1, B)
     assert not last.exactly
-    assert last.waypoints[-1] == FLOOR.cells.centre(last.held[-1])
+    head, following = last.way[len(last.held) - 1 :][:2]
+    assert last.waypoints[-1] == FLOOR.cells.leaning(head, following, SETTINGS.leaning_room)
 
 
 # --- off its way ---
