@@ -5,6 +5,7 @@ Pure: computed from each robot's own record and from the plans that leaders sent
 
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import groupby
+from math import inf
 from typing import NamedTuple
 
 from swarm.messages.traffic import Epoch, JointPlan, Record
@@ -39,21 +40,45 @@ def in_turn(robots: Sequence[str], records: Mapping[str, Record], plans: Mapping
     """Return robots that drive to one target in the order of their turns there.
 
     The members of one joint plan change places among themselves, into the order in which it leads them into the cell of
-    the target. All others stay where they are in ``robots``.
+    the target, or to the end of their ways if that is near it. All others stay where they are in ``robots``.
     """
-    turns: dict[Epoch, dict[str, int]] = {}
-    for epoch, plan in plans.items():
-        members = {robot: records[robot] for robot in robots if robot in records and records[robot].epoch == epoch}
-        visits = _visits(plan) if len(members) > 1 else {}
-        for robot, record in members.items():
-            for turn, (name, step) in enumerate(visits.get(record.goal, ())):
-                if name == robot and step >= record.left:
-                    turns.setdefault(epoch, {}).setdefault(robot, turn)
     order = list(robots)
-    for turn_of in turns.values():
-        members_in_turn = iter(sorted(turn_of, key=turn_of.__getitem__))
-        order = [next(members_in_turn) if robot in turn_of else robot for robot in order]
+    for epoch, plan in plans.items():
+        members = {robot: record for robot, record in records.items() if record.epoch == epoch and robot in plan.ways}
+        if len(members.keys() & set(robots)) > 1:
+            times = _times(plan, members)
+            turn_of = {robot: times[robot][_last_step(plan, members[robot])] for robot in robots if robot in members}
+            members_in_turn = iter(sorted(turn_of, key=turn_of.__getitem__))
+            order = [next(members_in_turn) if robot in turn_of else robot for robot in order]
     return order
+
+
+def _last_step(plan: JointPlan, record: Record) -> int:
+    """Return the step of a member's way that leads it to its target, the last one if none does."""
+    way = plan.ways[record.robot]
+    return next((step for step in range(record.left, len(way)) if way[step] == record.goal), len(way) - 1)
+
+
+def _times(plan: JointPlan, members: Mapping[str, Record]) -> dict[str, list[float]]:
+    """Return when each member enters each cell of its way, in cells from now, if all drive as soon as they may.
+
+    A turn that never comes takes infinitely long; a robot that does not follow the plan any more is not waited for.
+    """
+    times = {robot: [0.0] * (min(record.entered, len(plan.ways[robot]) - 1) + 1) for robot, record in members.items()}
+    entries = {robot: {entry.step: entry for entry in plan.after.get(robot, ())} for robot in members}
+    moves = True
+    while moves:
+        moves = False
+        for robot, entered in times.items():
+            while len(entered) < len(plan.ways[robot]):
+                entry, begins = entries[robot].get(len(entered)), entered[-1]
+                if entry is not None and entry.robot in times:
+                    if len(times[entry.robot]) <= entry.place + 1:
+                        break
+                    begins = max(begins, times[entry.robot][entry.place + 1])
+                entered.append(begins + 1.0)
+                moves = True
+    return {robot: entered + [inf] * (len(plan.ways[robot]) - len(entered)) for robot, entered in times.items()}
 
 
 def _way(record: Record, plan: JointPlan | None) -> tuple[int, ...]:

@@ -120,10 +120,10 @@ def test_a_run_that_is_over_is_told_by_the_clock_too() -> None:
 NAMES = ("a", "b", "c", "d")
 GOAL, BEFORE = 7, {"a": 1, "b": 2, "c": 3, "d": 4}  # cells: of the target, and of each robot before it
 EPOCH = Epoch(3, "c")
-LEADS_IN = JointPlan(  # c enters the cell of the target first, then a, then b
+LEADS_IN = JointPlan(  # c enters the cell of the target first, then a, then b; d comes near it when b has left
     epoch=EPOCH,
-    ways={name: (BEFORE[name], GOAL, BEFORE[name]) for name in "abc"},
-    after={"a": (Entry(1, "c", 1),), "b": (Entry(1, "a", 1),)},
+    ways={name: (BEFORE[name], GOAL, BEFORE[name]) for name in "abc"} | {"d": (BEFORE["d"], 8)},
+    after={"a": (Entry(1, "c", 1),), "b": (Entry(1, "a", 1),), "d": (Entry(1, "b", 1),)},
 )
 HERE, THERE = (9.0, 9.0), (5.0, 5.0)  # m; two targets
 
@@ -136,7 +136,7 @@ def drives(robot: str, left: float, to: tuple[float, float] = HERE, **changed: o
 def follows(robot: str, left: int = 0) -> Broadcast:
     """A robot of the plan that has left so many cells of its way."""
     plan = LEADS_IN if robot == EPOCH.leader else None
-    own = Record(robot=robot, stamp=20, x=0.0, y=0.0, goal=GOAL, epoch=EPOCH, left=left, plan=plan)
+    own = Record(robot=robot, stamp=20, x=0.0, y=0.0, goal=GOAL, epoch=EPOCH, left=left, entered=left, plan=plan)
     return broadcast(20, robot, distance=1.0, traffic=TrafficBroadcast(own=own))
 
 
@@ -167,7 +167,11 @@ QUEUES: dict[str, tuple[list[Message], dict[str, Turn]]] = {  # what is known ->
     "one outside the plan keeps its place": ([*PLANNED, *drives("d", 1.5)],
                                         {"c": Turn(1, 4), "d": Turn(2, 4), "a": Turn(3, 4), "b": Turn(4, 4)}),
     "a plan whose robots were not seen": (PLANNED[:-1],                                            {"a": Turn(1, 3), "b": Turn(2, 3), "c": Turn(3, 3)}),
-    "one has left the target's cell":  ([*THREE, follows("a", 2), follows("b"), follows("c"), seen()],
+    "one's way ends near the target": ([*PLANNED, *drives("d", 0.5), follows("d")],
+                                        {"c": Turn(1, 4), "a": Turn(2, 4), "b": Turn(3, 4), "d": Turn(4, 4)}),
+    "one goes on to another target":   ([*THREE[:4], *drives("c", 3.0, THERE), follows("c", 2), follows("b"), follows("a"), seen()],
+                                        {"a": Turn(1, 2), "b": Turn(2, 2)}),
+    "the one before it has left the plan": ([*THREE, follows("c", 2), follows("b"), broadcast(20, "a", distance=1.0), seen()],
                                         {"a": Turn(1, 3), "c": Turn(2, 3), "b": Turn(3, 3)}),
 }
 # fmt: on
