@@ -88,9 +88,8 @@ class CellPilot:
         self, traffic: Traffic, cells: CellMap, number: int, settings: Settings, controller: Controller
     ) -> None:
         robot = settings.robot
-        self._traffic = traffic
+        self._traffic, self._cells = traffic, cells
         self._settings = settings
-        self._cells = cells
         self._controller = controller
         self._room = robot.radius + traffic.settings.margin  # m, from its centre to the edge of the held cells
         self._drive = DifferentialDrive(robot.track_width)
