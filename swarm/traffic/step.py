@@ -106,13 +106,14 @@ class Traffic:
     def is_due(self, tick: int, scan: Scan) -> bool:
         """Return True if a step is due at ``tick``, where the rays show ``scan``.
 
-        Coordination has a rate of its own, below that of the control. A robot that searches for a joint plan, and one
-        with an obstacle near it, steps in every tick.
+        Coordination has a rate of its own, below that of the control. A robot steps in every tick while it searches for
+        a joint plan, while an obstacle is near it, and while it or a robot that it hears listens.
         """
         before, settings = self._before, self.settings
-        if before is None or before.busy or tick - before.tick >= settings.step:
+        if before is None or before.busy or tick - before.tick >= settings.step or tick < before.listen_until:
             return True
-        return self._record_writer.is_due(tick, often=True) or bool(scan.bodies(settings, settings.stop_distance))
+        speaks = self._peers.somebody_listens(tick) or self._record_writer.is_due(tick, often=True)
+        return speaks or bool(scan.bodies(settings, settings.stop_distance))
 
     def step(self, inputs: TrafficInputs, cells: CellMap) -> TrafficOutputs:
         """Compute the outputs of one tick; call it before the motors run, in each tick in which a step is due.
