@@ -124,10 +124,8 @@ class Traffic:
         """
         heard = self._listen(inputs, cells)
         result = self._decide(inputs, heard, cells)
-        self._before = Before(
-            inputs.tick, result.progress, result.moved, heard.listen_until, result.halt.threats,
-            result.situation.then, result.busy,
-        )  # fmt: skip
+        self._before = Before(inputs.tick, result.progress, result.moved, heard.listen_until, result.halt.threats,
+                              result.situation.then, result.busy)  # fmt: skip
         self._joins = cells.neighbours
         return self._speak(result)
 

@@ -162,7 +162,7 @@ MEETING: dict[str, Any] = {  # the world in which a late robot drove at 0.4 m/s 
     "map": {"text": ACROSS, "cell": 0.5},
     "robots": 2,
     "seed": 14,
-    "start": {"poses": [[6.05875, 3.09442, -0.63612], [2.40287, 2.89149, 0.94370]]},
+    "start": {"poses": [[6.05377, 2.97231, -1.0338], [2.13459, 3.21164, 0.89879]]},
     "targets": [[2.49, 3.25], [4.98, 1.87], [5.14, 2.17]],
     "patrol": True,
     "return_home": False,
