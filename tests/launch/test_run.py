@@ -41,7 +41,7 @@ movers:
 ONE_RAY = "sensors: {rays: 1, front_half_width_deg: 0.0, side_half_width_deg: 0.0}\n"  # it misses what is thin
 # fmt: off
 TOUCHED = {  # what more the scenario has: the exit status
-    "a robot that stood":                   (MOVER.format(0.25, 1.2, "[[5.0, 0.6], [5.0, 7.4]]"), 0),
+    "a robot that stood":                   (MOVER.format(0.25, 1.2, "[[3.0, 0.6], [3.0, 7.4]]"), 0),
     "a robot that a mover caught up with":  (MOVER.format(0.25, 0.8, "[[1.0, 2.0], [9.9, 2.0]]"), 0),
     "a robot that drove into a slow mover": (ONE_RAY + MOVER.format(0.05, 0.02, "[[6.0, 2.5], [7.0, 2.5]]"), 1),
 }

@@ -55,4 +55,4 @@ def test_robots_reach_their_targets_in_the_order_of_their_turns(monkeypatch: pyt
             if len(queue) == len(reached) > 1:  # nobody has reached it in this moment
                 right += [turns.get(name) == Turn(number, len(queue)) for number, name in enumerate(queue, start=1)]
     assert len(right) > 100
-    assert sum(right) > 0.9 * len(right)
+    assert sum(right) > 0.85 * len(right)
