@@ -162,13 +162,17 @@ class RouteProgress(NamedTuple):
     def over(self, cells: CellMap, touched: Collection[int], body: int) -> "RouteProgress":
         """Return the progress on another floor: held cells stay as far as they are joined; all that is ahead is void.
 
-        Cells that the body and its brake are in stay in any case. No new cell is held.
+        Cells that the body and its brake are in stay in any case. No new cell is held. If nobody can stand in the cell
+        of the body any more, the head is the last one behind it on the way where the robot can stand.
         """
         held, place = self.reservations.held, self.place(body)
         end = place + 1
         while end < len(held) and held[end] in cells.neighbours[held[end - 1]]:
             end += 1
         kept = [index for index, cell in enumerate(held) if index < end or cell in touched]
+        if not cells.stands[held[end - 1]]:
+            way = [index for index in range(end) if self.steps[index] != BESIDE and cells.stands[held[index]]]
+            end = way[-1] + 1 if way else end
         order = [index for index in kept if index != end - 1] + [end - 1]
         steps = tuple(BESIDE if index >= end else min(self.steps[index], ALONE) for index in order)
         return RouteProgress(Reservations(tuple(held[index] for index in order), (), self.reservations.number), steps)

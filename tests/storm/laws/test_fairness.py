@@ -1,22 +1,16 @@
-"""The law of queues: it counts the time that a robot near its stop has a free way, and speaks of one that is starved."""
-
-from collections.abc import Callable
-from typing import Any
+"""The law of queues: it counts the time that a robot near its stop has a free way, and speaks of one that stays away."""
 
 import pytest
 from msgspec.structs import replace
 
 from swarm.messages import Command
-from swarm.traffic.reservations.claims import Claimed, Claiming
-from swarm.traffic.reservations.route import RouteProgress
 from tests.storm.shared import plan_of, short_run, with_commands
 from world.storm.history.history import History, record
 from world.storm.history.seen import cells_at
-from world.storm.laws.fairness import EACH, FIRST, nobody_overtaken_for_ever
-from world.storm.laws.judge import LAWS, judge
+from world.storm.laws.fairness import EACH, EVERY, FIRST, nobody_overtaken_for_ever, queued
+from world.storm.laws.judge import LAWS
 
 LAW = "nobody is overtaken for ever"
-SHARED = [5.4, 1.8]  # m
 
 
 def lengthened(history: History, seconds: float) -> History:
@@ -49,28 +43,15 @@ def test_a_stop_in_the_cell_of_a_robot_that_goes_elsewhere_has_no_free_way() -> 
     assert told_of_r1(with_commands(history, change)) == []
 
 
-def starved(real: Callable[..., Claimed], robot: str) -> Callable[..., Claimed]:
-    """Let a robot claim nothing once it is two cells or less before its goal."""
-
-    def step(self: Claiming, progress: RouteProgress, following: Any, situation: Any, *rest: Any) -> Claimed:  # noqa: ANN401
-        ahead = (progress.head, *progress.route)
-        near = situation.goal in ahead and ahead.index(situation.goal) <= 2
-        if self.me == robot and near:
-            return Claimed(progress.without_claims(), (), took=False)
-        return real(self, progress, following, situation, *rest)
-
-    return step
-
-
-@pytest.mark.costs("two robots for four minutes")
-def test_it_speaks_of_a_robot_that_others_overtake_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:
-    """r1 and r2 visit one target and drive back; r1 lets everybody else have it."""
-    plan = plan_of(own_targets=[[SHARED, [1.8, 1.8]], [SHARED, [9.0, 3.0]]], limit=FIRST + 2 * EACH + 60.0)
-    assert judge(record(plan)) == []
-    monkeypatch.setattr(Claiming, "step", starved(Claiming.step, "r1"))
-    told = [violation for violation in judge(record(plan)) if violation.law == LAW]
-    assert [violation.robots for violation in told] == [("r1",)]
-
-
-def test_it_is_one_of_the_laws() -> None:
+def test_it_is_one_of_the_laws_and_the_docs_tell_its_bound() -> None:
     assert LAWS[LAW] is nobody_overtaken_for_ever
+    assert f"in {FIRST:.0f} s, and {EACH:.0f} s for each" in str(nobody_overtaken_for_ever.__doc__)
+
+
+def test_a_patrol_waits_anew_each_time_it_comes_to_a_stop() -> None:
+    """It passes the same stop again and again: all its waits together are longer than the bound."""
+    plan = plan_of(own_targets=[[[9.0, 1.8], [1.8, 1.8]], [[1.8, 3.0], [9.0, 3.0]]], patrol=True, limit=240.0)
+    history = record(plan)
+    waits = [one.waited for _, one in queued(history)]
+    assert EVERY * history.dt * len(waits) > FIRST > 4 * max(waits)
+    assert list(nobody_overtaken_for_ever(history)) == []

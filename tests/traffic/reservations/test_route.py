@@ -216,6 +216,17 @@ def test_on_another_floor_what_no_longer_connects_is_given_up() -> None:
     assert (touching.reservations.held, touching.steps) == ((A, B, D, C), (ALONE, ALONE, BESIDE, ALONE))
 
 
+@pytest.mark.parametrize(
+    ("held", "kept", "steps"),
+    [((B, C, D), (B, D, C), (ALONE, BESIDE, ALONE)), ((C, D, E), (D, C), (BESIDE, ALONE)), ((D,), (D,), (ALONE,))],
+)
+def test_whose_cell_becomes_a_wall_goes_back_to_the_last_one_where_it_can_stand(
+    held: tuple[int, ...], kept: tuple[int, ...], steps: tuple[int, ...]
+) -> None:
+    after = progress(held, tuple(range(len(held))), F, following=True).over(SHUT.cells, {C, D} & set(held), D)
+    assert (after.reservations.held, after.steps) == (kept, steps)
+
+
 # fmt: off
 BROKEN = {  # held, route, body: what is shut ahead, and of that between held cells
     "all before the wall":      ((A, B),       (C,),         A, (),               ()),

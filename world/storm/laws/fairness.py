@@ -63,11 +63,14 @@ def queued(history: History) -> Iterator[tuple[int, Queued]]:
         driving = {name: leg for name, leg in legs.items() if leg is not None and _drives(history, moment, name)}
         for name, leg in driving.items():
             number, one = history.robots.index(name), queues.get(name)
+            if one is not None and one.stop != leg.stop:
+                one = None
+                del queues[name]  # a patrol comes back to the same stop: it waits anew
             queue = {other for other, its in driving.items() if leg.to in {its.to, its.since}}
             shut = swept.union(*(held[other] for other in held if other not in queue))
             if was_pushed(pushed, number, moment.tick) or not _near(cells, moment.poses[number][:2], leg.to, shut):
                 continue
-            if one is None or one.stop != leg.stop:
+            if one is None:
                 before = (other for other, its in driving.items() if its.to == leg.to and other != name)
                 one = Queued(name, leg.stop, frozenset(before), 0.0)
             queues[name] = one._replace(waited=one.waited + EVERY * history.dt)
