@@ -46,10 +46,10 @@ class World:
         self._bus.keep(PLAN, lambda: self._each(PLAN.key, self._rehearsal.plan))
 
     def send(self, rehearsal: Rehearsal, tick: int) -> None:
-        """Send everything of a tick."""
+        """Send everything of a tick; a rehearsal is faster than real time, so a full queue is waited for."""
         self._rehearsal, self._tick = rehearsal, tick
         for topic, message, ids in rehearsal.messages(tick):
-            self._bus.send(topic, message, **ids)
+            self._bus.send(topic, message, sure=True, **ids)
 
     def _each(self, key: str, message: Callable[[int, int], M]) -> dict[str, M]:
         names = self._rehearsal.names
