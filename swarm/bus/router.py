@@ -1,6 +1,7 @@
 """The embedded router: a Zenoh session in router mode."""
 
 from collections.abc import Callable
+from typing import Final
 
 import zenoh
 
@@ -9,11 +10,18 @@ from swarm.bus.connecting import plain
 from swarm.errors import ConfigError
 from swarm.stopping import told_to_stop
 
+LOOK: Final = 0.5  # s between two looks whether to stop: a signal that one of Zenoh's threads gets wakes no wait
+
 
 def serve(endpoint: settings.Endpoint) -> int:
     """Run the router until this process is told to stop."""
     with told_to_stop() as stop:
-        run(endpoint, stop.wait)
+
+        def wait() -> None:
+            while not stop.wait(LOOK):
+                pass
+
+        run(endpoint, wait)
     return 0
 
 
