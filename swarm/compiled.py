@@ -21,7 +21,7 @@ KERNELS: Final = (  # a test compares this list with the code
     "swarm.robot.driving.tables",
     "swarm.traffic.lattice.discs",
     "swarm.traffic.lattice.distances",
-    "swarm.traffic.mapf.makespan",
+    "swarm.traffic.mapf.schedule",
     "swarm.traffic.peers.radio_range",
     "world.bodies.rays",
 )

@@ -22,17 +22,18 @@ from typing import Final
 from swarm.traffic.mapf.best_first import BestFirst
 from swarm.traffic.mapf.lacam import Search, SearchState, Steps, Vias, without_detours
 from swarm.traffic.mapf.lns import Improving
-from swarm.traffic.mapf.makespan import duration
 from swarm.traffic.mapf.one_robot import OneRobot
 from swarm.traffic.mapf.pibt import Configuration, Joined, Tables, Ties
 from swarm.traffic.mapf.precedence import Precedence, order_of
+from swarm.traffic.mapf.schedule import Schedule, scheduled
 
 PATIENCE: Final = 4  # once there is a plan, a restart may cost this many times its expansions: more is rarely better
 TURNS: Final = (Ties.STRAIGHT, Ties.RANDOM)  # the ties of the starts, in turn (docs/decisions/0033-ties.md)
 EXTRA: Final = 30  # expansions that any start may cost, beyond its share
 LATE: Final = 4  # starts without a plan, after which each pair is tried alone
 PAIR: Final = 2_000  # expansions for one pair at most
-POP: Final = 3  # expansions of one robot that take as long as one expansion in improving
+CHANGE: Final = 20  # expansions of one robot that take as long as a change of a plan
+POPS: Final = 10  # expansions in improving that take as long as one expansion of one robot
 FRUITLESS: Final = 20  # changes in a row that make the plan no quicker, after which improving ends
 THROUGH: Final = 10  # times as many where ways lead through vias: such plans are longer
 QUEUE: Final = 4  # expansions for each robot that a start may cost besides, where robots queue at vias
@@ -41,7 +42,7 @@ NEXT: Final = 2.0  # steps that the robots stand until the plan for the next rob
 BEST_FIRST: Final = 10_000  # expansions for one question to the search that moves one robot at a time
 
 
-Plan = tuple[tuple[float, float], Steps]  # last arrival and sum of arrivals; steps
+Plan = tuple[tuple[float, float], Schedule]  # how it is judged, and the plan
 
 
 class Outcome(Enum):
@@ -235,17 +236,17 @@ class JointSearch:
 
     def _take(self, found: Steps, expansions: int) -> None:
         """Keep a plan if it is the quickest so far."""
-        steps = without_detours(found, self._visits)
-        judged = self._judged(steps)
+        plan = scheduled(without_detours(found, self._visits))
+        judged = self._judged(plan)
         self._least = expansions if self._best is None else min(self._least, expansions)
         if self._best is None or judged < self._best[0]:
-            self._best = (judged, steps)
+            self._best = (judged, plan)
         self._search = None
 
-    def _judged(self, steps: Steps) -> tuple[float, float]:
+    def _judged(self, plan: Schedule) -> tuple[float, float]:
         """Return what counts of a plan: its last arrival, then all; where robots queue, the mean one counts as well."""
-        last, total = duration(steps)
-        return (last + total / len(steps[0]), total) if self._vias else (last, total)
+        mean = plan.total / len(plan.ways) if self._vias else 0.0
+        return plan.last + mean, plan.total
 
     def _improve(self, best: Plan, expansions: int) -> int:
         """Change the plan a little, and keep what is no slower; return the cost in expansions of all robots.
@@ -259,14 +260,14 @@ class JointSearch:
         self._fruitless += 1
         improving = self._improver = self._improver or Improving(neighbours, tables, self._random, self._vias)
         before = improving.pops
-        steps = improving.changed(best[1])
-        if steps is not None:
-            judged = self._judged(steps)
+        plan = improving.changed(best[1])
+        if plan is not None:
+            judged = self._judged(plan)
             if judged < best[0]:
                 self._fruitless = 0
             if judged <= best[0]:
-                self._best = (judged, steps)
-        spent = 1 + POP * (improving.pops - before) // len(starts)
+                self._best = (judged, plan)
+        spent = 1 + (CHANGE + (improving.pops - before) // POPS) // len(starts)
         self._improving += spent
         return spent
 
@@ -286,13 +287,13 @@ class JointSearch:
         before = search.expansions
         state = search.advance(expansions)
         if state is SearchState.SOLVED:
-            steps = without_detours(search.steps)
-            self._in_turn.append((duration(steps), steps))
+            plan = scheduled(without_detours(search.steps))
+            self._in_turn.append((self._judged(plan), plan))
             self._alone = None
         elif state is SearchState.UNSOLVABLE or search.expansions >= PAIR or search.expansions == before:
             self._finish(Outcome.SOLVED)
         return max(1, search.expansions - before)
 
     def _finish(self, outcome: Outcome, who: tuple[int, ...] = ()) -> None:
-        steps = self._best[1] if self._best else []
+        steps = self._best[1].steps() if self._best else []
         self.result = Result(outcome, steps, order_of(steps) if steps else None, who, self._spent)

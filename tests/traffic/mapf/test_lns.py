@@ -14,7 +14,7 @@ from swarm.traffic.mapf import planner as joint_search
 from swarm.traffic.mapf.check import faults
 from swarm.traffic.mapf.lacam import Search, SearchState, Steps
 from swarm.traffic.mapf.lns import CHANCE, LONGER, MOST_OUT, POPS, Improving
-from swarm.traffic.mapf.makespan import CORNER, duration, pace
+from swarm.traffic.mapf.schedule import CORNER, duration, pace
 from swarm.traffic.mapf.pibt import Configuration, Ties
 from swarm.traffic.mapf.planner import Budget, JointSearch
 from tests.traffic.maps import Drawn

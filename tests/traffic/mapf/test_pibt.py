@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from swarm.traffic.mapf.makespan import BACK, CORNER, duration
+from swarm.traffic.mapf.schedule import BACK, CORNER, duration
 from swarm.traffic.mapf.pibt import Configuration, StepGenerator, Ties
 from tests.traffic.maps import Drawn
 

@@ -13,7 +13,7 @@ from swarm.traffic.mapf import planner as joint_search
 from swarm.traffic.mapf.best_first import BestFirst
 from swarm.traffic.mapf.check import faults
 from swarm.traffic.mapf.lacam import Search, SearchState, Steps, without_detours
-from swarm.traffic.mapf.makespan import duration
+from swarm.traffic.mapf.schedule import duration
 from swarm.traffic.mapf.pibt import Ties
 from swarm.traffic.mapf.planner import Budget, JointSearch, Outcome, Result
 from swarm.traffic.mapf.precedence import order_of
