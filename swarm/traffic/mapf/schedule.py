@@ -273,7 +273,9 @@ def rerouted(
 
     Args:
         robots: those that get new ways.
-        ways, lengths, times: the schedule, which is changed.
+        ways: of the schedule, which is changed.
+        lengths: of the schedule.
+        times: of the schedule.
         joined: (cells, sides) joined cells, filled up with NONE.
         tables: (robots, 2, cells) steps to the goal, and to the goal through the cell to visit.
         visits: (robots) the cell that each has to visit on its way, or NONE.

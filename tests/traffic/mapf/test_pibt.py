@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from swarm.traffic.mapf.schedule import BACK, CORNER, duration
 from swarm.traffic.mapf.pibt import Configuration, StepGenerator, Ties
+from swarm.traffic.mapf.schedule import BACK, CORNER, duration
 from tests.traffic.maps import Drawn
 
 FLOORS = (Drawn("....", "....", "...."), Drawn("..#.", ".#..", "...."), Drawn("#.##.", ".....", "#.##."))
