@@ -17,8 +17,8 @@ from benchmarks.measure import DATA, machine, table
 from swarm.maps.movingai import load_movingai, load_scen
 from swarm.traffic.lattice.cell_map import CellMap
 from swarm.traffic.mapf.check import faults
-from swarm.traffic.mapf.schedule import duration
 from swarm.traffic.mapf.planner import Budget, JointSearch, Outcome
+from swarm.traffic.mapf.schedule import duration
 from swarm.traffic.settings import TrafficConstants
 
 SETTINGS = TrafficConstants()

@@ -15,7 +15,7 @@ from swarm.traffic.mapf.lacam import Vias
 from swarm.traffic.mapf.pibt import Joined, Tables
 from swarm.traffic.mapf.schedule import NONE, Schedule, rerouted
 
-MOST_OUT: Final = 3  # robots taken out at once
+MOST_OUT: Final = 5  # robots taken out at once
 
 
 class Improving:

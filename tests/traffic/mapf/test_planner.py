@@ -142,7 +142,7 @@ def test_changes_are_tried_until_so_many_in_a_row_are_no_quicker(monkeypatch: py
 
     monkeypatch.setattr(joint_search, "Improving", Same)
     assert search(BAY.cells, BAY.at("ab"), BAY.at("ba"), Budget(starts=1)).outcome is Outcome.SOLVED
-    assert len(tried) == 7 + 20
+    assert len(tried) == 7 + 100
 
 
 # fmt: off
