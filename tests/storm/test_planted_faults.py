@@ -208,7 +208,7 @@ PLANTED: dict[str, tuple[str, str, tuple[Plant, ...]]] = {  # the law that it br
     "claims kept while standing": ("no claim while standing", "claims 0", (
         Plant(RouteProgress, "without_claims", lambda _: lambda self: self),)),
     "ripe at once": ("no hold without a claim", "asleep", (traffic(ripe=0),)),
-    "asks half as far": ("no hold without a claim", "loss", (
+    "asks half as far": ("no hold without a claim", "late", (
         Plant(TrafficConstants, "asking_distance", lambda _: lambda self, side: min(self.claim_radius, (self.horizon + 1) * side)),)),
     "who answers late is heard by nobody": ("broadcasts are heard", "slow", (
         Plant(RadioModel, "hears", lambda real: lambda self, poses, sent: real(self, poses, of_newest_tick(sent))),)),
