@@ -199,7 +199,7 @@ PLANTED: dict[str, tuple[str, str, tuple[Plant, ...]]] = {  # the law that it br
         Plant(Claiming, "step", room_unasked),)),
     "room never given back": ("all arrive", "swap", (
         Plant(RouteProgress, "released", lambda real: lambda self, touched, body, room=(), *rest: real(self, touched, body, self.reservations.held, *rest)),)),
-    "relayed records dropped": ("all arrive", "strangers 14", (Plant(PeerRecords, "hear", without_relayed),)),
+    "relayed records dropped": ("all arrive", "strangers 26", (Plant(PeerRecords, "hear", without_relayed),)),
     "brakes taken for twice as strong": ("room to brake", "movers 44", (
         Plant(cell_pilot, "SafetyFilter", lambda real: lambda settings: real(strong_brakes(settings))),)),
     "staleness times 100": ("no wait for the silent", "asleep", (traffic(fresh=4000),)),
