@@ -45,7 +45,7 @@ ORDER: Final = (
 )
 # sub-rooms, and which other sub-rooms of their room each imports
 SUBROOMS: Final = {
-    "swarm.traffic.mapf": "",
+    "swarm.traffic.mapf": "lattice",
     "swarm.traffic.lattice": "",
     "swarm.traffic.peers": "lattice",
     "swarm.traffic.reservations": "lattice peers",
