@@ -10,6 +10,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         status = _run(arguments)
     except KeyboardInterrupt:  # `swarm run` gets here only before it has started the fleet
+        sys.unraisablehook = lambda _: None  # what an interrupted import has half made may not end well
         print("swarm: interrupted; nothing is left running", file=sys.stderr)
         status = 1
     except BrokenPipeError:
