@@ -12,11 +12,12 @@ import time
 import zlib
 from heapq import heappop, heappush
 from math import atan2, ceil, cos, floor, hypot, log, pi, sin, sqrt
-from queue import SimpleQueue
+from queue import Empty, SimpleQueue
 
 import msgpack
 import zenoh
 
+AWAY, UNLISTED = 20.0, 3.0  # s, without a world before it gives up; s, out of the clock's list before it joins again
 BEHIND, TURNING, NEAR = 0.25, 0.5, 0.04  # rad, a heading error for driving at all; m/s, rims in a turn; m, arrived
 
 
@@ -634,22 +635,38 @@ def main(endpoint, fleet, name=None):
         while (welcome := wire.ask("world/join", joins)) is None:
             time.sleep(0.3)
         brain, me = Brain(welcome), welcome["robot"]
+        own = wire.below + f"alive/robot/{me}/{session.zid()}"
         listens = [
             session.declare_subscriber(wire.below + f"robot/{me}/sense", inbox.put),
             session.declare_subscriber(wire.below + "radio/**", inbox.put),
-            session.liveliness().declare_subscriber(
-                wire.below + f"alive/world/world/{welcome['session']}", inbox.put, history=True
-            ),
+            session.declare_subscriber(wire.below + "world/clock", inbox.put),
+            session.liveliness().declare_subscriber(wire.below + "alive/world/world/*", inbox.put, history=True),
         ]
-        token = session.liveliness().declare_token(wire.below + f"alive/robot/{me}/{session.zid()}")
+        token = session.liveliness().declare_token(own)
         print(f"{me} has joined", flush=True)
         arrived, listed, answers, side = {}, set(), {}, brain.settings["radio"]["range"]
-        sense = since = None
-        while True:
-            sample = inbox.get()
+        sense = since = gone = unlisted = None
+        over, was_listed, worlds = False, False, set()
+        while gone is None or time.monotonic() - gone < (0.0 if over else AWAY):
+            try:
+                sample = inbox.get(timeout=1.0)
+            except Empty:
+                continue
             if str(sample.key_expr).startswith(wire.below + "alive/"):
-                if sample.kind == zenoh.SampleKind.DELETE:
-                    break  # the run is over, or the world has died
+                (worlds.discard if sample.kind == zenoh.SampleKind.DELETE else worlds.add)(str(sample.key_expr))
+                gone = None if worlds else time.monotonic()
+                continue
+            if str(sample.key_expr) == wire.below + "world/clock":
+                clock = msgpack.unpackb(sample.payload.to_bytes())
+                over = clock["phase"] == "over"
+                if me in clock["present"]:
+                    was_listed, unlisted = True, None
+                elif was_listed and unlisted is None:
+                    unlisted = time.monotonic()
+                elif was_listed and time.monotonic() - unlisted > UNLISTED:
+                    token.undeclare()  # the router was away, or the world has started again
+                    wire.ask("world/join", joins | {"robot": me, "world": welcome["world"]})
+                    token, unlisted = session.liveliness().declare_token(own), None
                 continue
             by_radio = str(sample.key_expr).startswith(wire.below + "radio/")
             said = unpacked(sample.payload.to_bytes()) if by_radio else msgpack.unpackb(sample.payload.to_bytes())

@@ -3,6 +3,8 @@
 import json
 import subprocess
 import sys
+from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
@@ -48,6 +50,31 @@ def test_it_completes_the_papers_mission_among_three_of_ours(name: str, endpoint
             assert world.end() == 0, world.text
         assert foreign.wait(FAREWELL) == 0
     assert_it_keeps_the_contract(json.loads(file.read_text()), name)
+
+
+@pytest.mark.processes
+@pytest.mark.long("a whole mission, and a router that starts again")
+def test_it_comes_back_when_the_router_was_away(tmp_runtime: Path) -> None:
+    place, file = Endpoint("127.0.0.1", 0).claim(), tmp_runtime / "report.json"
+    wire = ("--connect", str(place), "--fleet", "foreign-again")
+    arguments = (str(PAPER), "--robots", "4", "--pace", "max", "--report", str(file))
+    router = ("router", "--listen", str(place))
+    with ExitStack() as stack:
+        start = partial(Command, runtime=tmp_runtime)
+        first = stack.enter_context(start(*router))
+        first.await_line("listening")
+        world = stack.enter_context(start("world", *arguments, *wire))
+        foreign = stack.enter_context(
+            subprocess.Popen([sys.executable, str(FOREIGN), str(place), "foreign-again", "r4"], stdout=subprocess.PIPE)
+        )
+        stack.enter_context(start("robot", "--count", "3", *wire))
+        world.await_line("at target 1")
+        first.process.kill()
+        world.await_line("the router is gone")
+        stack.enter_context(start(*router))
+        assert world.end() == 0, world.text
+        assert foreign.wait(FAREWELL) == 0
+    assert_it_keeps_the_contract(json.loads(file.read_text()), "r4")
 
 
 @pytest.mark.long("a whole mission; make test drives it over processes")
