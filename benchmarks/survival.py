@@ -60,7 +60,7 @@ def snapshots(scenario: Path, robots: int, seconds: int) -> tuple[float, int]:
             phase=Phase.RUNNING, held=False, reason="", lost=[], wall_time=0.0, present=list(world.robots),
             most_in_one=1, late=0, states=dict(simulation._states), plans=plans(simulation), events=list(events),
             seen=dict.fromkeys(world.robots, Seen(Liveness.ALIVE, 0.0)), left=set(), tick_bins=empty.bins,
-            tick_longest=empty.longest, not_reproducible=[], pressed={},
+            tick_longest=empty.longest, not_reproducible=[], pressed={}, tape=0,
         )  # fmt: skip
 
     file = scenario.with_suffix(".snapshot")

@@ -26,7 +26,8 @@ class Options:
     wait: bool = False
     dashboard: str = "off"  # auto, viewer, web, box, off
     rules: str | None = None  # the robot whose fired rules the dashboard shows
-    record: Path | None = None
+    record: Path | None = None  # what the dashboard draws
+    tape: Path | None = None  # None: beside the folder of the fleet
     report: Path | None = None
     port: int = 0  # 0: a free one
     fleet: str | None = None

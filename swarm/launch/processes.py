@@ -32,8 +32,10 @@ class Processes:
         shown: dict[str, Any] | None,
         summary_file: Path,
         box: dict[str, Any] | None = None,
+        tape: Path | None = None,
     ) -> None:
         """Prepare them; ``shown`` are the dashboard's arguments, ``box`` the box's, None if there is none."""
+        self._tape = tape
         self.options, self.endpoint, self.name, self.summary_file = options, endpoint, name, summary_file
         self.first_run = 0
         self._fleet, self._shown, self._box = fleet, shown, box
@@ -175,6 +177,7 @@ class Processes:
                 "snapshot": self._snapshot,
                 "first_run": self.first_run,
                 "given_up": self.given_up,
+                "tape": self._tape,
             },
         )
         if shown is not None:

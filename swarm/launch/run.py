@@ -22,7 +22,7 @@ from swarm.launch.output import Output
 from swarm.launch.processes import Processes
 from swarm.launch.running import CARD, Listing, named, registered
 from swarm.launch.setup import BUSY, answered, as_set, in_words
-from swarm.launch.summary import closing_lines, summary_of, told_of_recordings
+from swarm.launch.summary import closing_lines, summary_of, told_of_recordings, told_of_tape
 from swarm.launch.supervise.fleet import Ended, Fleet
 from swarm.launch.supervise.table import DASHBOARD, RESTARTS, WITHIN, EarlyEnd
 from swarm.messages import CLOCK, SETUP, Clock
@@ -43,7 +43,7 @@ def run(options: Options) -> int:
         ConfigError: the scenario cannot be driven, the port is in use, or a file cannot be written.
     """
     asked, options = options.dashboard, replace(ready(options), dashboard=resolved(options.dashboard, os.environ))
-    for flag, path in (("--report", options.report), ("--record", options.record)):
+    for flag, path in (("--report", options.report), ("--record", options.record), ("--record", options.tape)):
         if path is not None and path.is_dir():
             raise ConfigError(f"{flag} {path}: expected a file's name, got a folder; add one")
         if path is not None and not os.access(path.parent, os.W_OK):
@@ -58,7 +58,7 @@ def run(options: Options) -> int:
     endpoint = Endpoint("127.0.0.1", options.port, _router_of(options)).claim()
     with (
         told_to_stop() as stop,
-        registered(options.fleet or named(options.scenario.settings.name), endpoint) as entry,
+        registered(options.fleet or named(options.scenario.settings.name), endpoint, options.tape) as entry,
     ):
         name, home = entry.name, entry.home
         since = (home / CARD).stat().st_mtime_ns
@@ -80,8 +80,9 @@ def run(options: Options) -> int:
         report_of_world = home / "report.json"
         with Fleet(home, say) as fleet:
             processes = Processes(
-                fleet, options, endpoint, name, shown if mode is not None else None, report_of_world, box
-            )
+                fleet, options, endpoint, name, shown if mode is not None else None, report_of_world, box,
+                entry.tape,
+            )  # fmt: skip
             try:
                 processes.start()
                 trouble = _watch(fleet, processes, entry, stop, console, box)
@@ -95,7 +96,8 @@ def run(options: Options) -> int:
         known = {"scenario": options.scenario.settings.name, "seed": options.seed, "robots": options.robots}
         summary = summary_of(report_of_world, known, trouble, fleet.lost)
         record = options.record if mode is not None else None
-        for line in closing_lines(summary, told_of_recordings(record, fleet.starts["dashboard"], since)):
+        files = [*told_of_recordings(record, fleet.starts["dashboard"], since), *told_of_tape(entry.tape)]
+        for line in closing_lines(summary, files):
             say(line)
         if options.report is not None:
             write(summary, options.report)

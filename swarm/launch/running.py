@@ -19,6 +19,7 @@ import msgspec
 
 from swarm.bus import Endpoint
 from swarm.errors import ConfigError
+from swarm.settings import TAPE
 
 CARD: Final = "fleet.json"
 NAME: Final = r"[A-Za-z0-9_.:-]{1,60}\Z"
@@ -31,6 +32,7 @@ class Card(msgspec.Struct, frozen=True, omit_defaults=True):
     endpoint: str
     pid: int
     box: str | None = None  # address of its page, with the token: the card is for this user only; None: it has none
+    tape: str | None = None  # the file of its run's tape
 
 
 def folder() -> Path:
@@ -58,11 +60,16 @@ def folder() -> Path:
     return path
 
 
+def tape_of(fleet: str) -> Path:
+    """Return the file with the tape of the last run of a fleet of this name."""
+    return folder() / f"{fleet}{TAPE}"
+
+
 class Listing:
     """The entry of a fleet in the list: its name, and its folder with the card, whose lock this process holds."""
 
-    def __init__(self, name: str, home: Path, endpoint: Endpoint, card: int) -> None:
-        self.name, self.home = name, home
+    def __init__(self, name: str, home: Path, endpoint: Endpoint, card: int, tape: Path) -> None:
+        self.name, self.home, self.tape = name, home, tape
         self._endpoint, self._card = endpoint, card  # card: the descriptor that holds the lock
         self._box: str | None = None
         self._said = ""
@@ -71,7 +78,7 @@ class Listing:
         """Note the address of the fleet's page on the card."""
         self._box = address
         with suppress(OSError):  # the disk is full
-            os.pwrite(self._card, _written(self.name, self._endpoint, address), 0)
+            os.pwrite(self._card, _written(self.name, self._endpoint, address, self.tape), 0)
 
     def keep(self) -> str:
         """Make the folder and the card again if somebody has removed them; return a sentence about news, "" for none.
@@ -86,7 +93,7 @@ class Listing:
             return ""
         try:
             with _locked(folder()):
-                card = _made(self.home, self.name, self._endpoint, self._box)
+                card = _made(self.home, self.name, self._endpoint, self._box, self.tape)
         except (OSError, ConfigError) as fault:
             return f"{self.home}: was removed and cannot be made again, so the report may be lost: {fault}"
         os.close(self._card)
@@ -108,10 +115,11 @@ class Listing:
 
 
 @contextmanager
-def registered(wanted: str, endpoint: Endpoint) -> Iterator[Listing]:
+def registered(wanted: str, endpoint: Endpoint, tape: Path | None = None) -> Iterator[Listing]:
     """Take a free fleet name (``paper``, else ``paper-2``, ...) and a folder for it until the block ends.
 
-    The folders of fleets whose launcher was killed are removed.
+    The folders of fleets whose launcher was killed are removed. The run's tape is the file ``tape``, or one beside the
+    folder, which stays.
 
     Raises:
         ConfigError: the name has a character that is not allowed, no name like it is free, or no folder can be made.
@@ -125,7 +133,8 @@ def registered(wanted: str, endpoint: Endpoint) -> Iterator[Listing]:
             name = _free(all_fleets, wanted)
             home = all_fleets / name
             try:
-                entry = Listing(name, home, endpoint, _made(home, name, endpoint))
+                file = tape or tape_of(name)
+                entry = Listing(name, home, endpoint, _made(home, name, endpoint, None, file), file)
             except OSError:
                 rmtree(home, ignore_errors=True)
                 raise
@@ -151,7 +160,7 @@ def _locked(all_fleets: Path) -> Iterator[None]:
         os.close(lock)
 
 
-def _made(home: Path, name: str, endpoint: Endpoint, box: str | None = None) -> int:
+def _made(home: Path, name: str, endpoint: Endpoint, box: str | None, tape: Path) -> int:
     """Make the card of a fleet, and its folder if there is none; return the descriptor that holds the card's lock.
 
     The caller holds the lock of the list.
@@ -161,15 +170,15 @@ def _made(home: Path, name: str, endpoint: Endpoint, box: str | None = None) -> 
     card = _opened(home / CARD, os.O_RDWR | os.O_CREAT | os.O_EXCL)
     try:
         fcntl.flock(card, fcntl.LOCK_EX)
-        os.write(card, _written(name, endpoint, box))
+        os.write(card, _written(name, endpoint, box, tape))
     except OSError:
         os.close(card)
         raise
     return card
 
 
-def _written(name: str, endpoint: Endpoint, box: str | None) -> bytes:
-    return msgspec.json.encode(Card(name, str(endpoint), os.getpid(), box))
+def _written(name: str, endpoint: Endpoint, box: str | None, tape: Path) -> bytes:
+    return msgspec.json.encode(Card(name, str(endpoint), os.getpid(), box, str(tape)))
 
 
 def _opened(path: Path, flags: int) -> int:
@@ -258,6 +267,6 @@ def _read(home: Path) -> Card | None:
         else:
             return None  # nobody holds it: its launcher is dead
         try:
-            return msgspec.json.decode(file.read(1000), type=Card)
+            return msgspec.json.decode(file.read(10_000), type=Card)
         except msgspec.DecodeError:
             return None

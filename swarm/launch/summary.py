@@ -115,6 +115,11 @@ def told_of_recordings(record: Path | None, dashboards: int, since: int) -> list
     return lines or [f"not recorded: {record} was not written"]
 
 
+def told_of_tape(tape: Path) -> list[str]:
+    """Return a line about the tape of a run."""
+    return [f"tape: {tape}  (open it with: swarm replay {tape})"] if tape.is_file() else []
+
+
 def _recorded(record: Path, dashboards: int, since: int) -> Iterator[Path]:
     for number in range(1, dashboards + 1):
         first = numbered(record, number)

@@ -73,6 +73,13 @@ class Sense(Message, frozen=True, kw_only=True):
     ] = False
 
 
+class Took(Struct, frozen=True, kw_only=True):
+    """What a robot stepped with, where that is not what the sense lists: a run is replayed from it."""
+
+    heard: Annotated[list[tuple[Id, Count]], says("broadcasts (robot, tick) that it heard before this step, in order")]
+    edits: Annotated[Count | None, says("of the map that it fetched before this step; null: it fetched none")] = None
+
+
 class Command(Message, frozen=True, kw_only=True):
     """A robot's wheel speeds, and what the world must know about the robot at the same tick."""
 
@@ -93,6 +100,9 @@ class Command(Message, frozen=True, kw_only=True):
     sent: Annotated[bool, says("a broadcast of this tick was sent before this command")]
     replans: Annotated[Count, says("paths planned so far")]
     assignment: Annotated[Count, says("number of the targets that `reached` is about; 0: the scenario's")] = 0
+    took: Annotated[
+        Took | None, says("what it stepped with, if not what the sense lists; a robot need not say it: null")
+    ] = None
 
 
 class BodyReport(Message, frozen=True, kw_only=True):

@@ -263,6 +263,10 @@ class Join(Message, frozen=True, kw_only=True):
     sender: Annotated[
         Sender | None, says("what is attached to its messages: the world takes no others in its name; null: any")
     ] = None
+    code: Annotated[
+        Id | None,
+        says("fingerprint of its code; if it is not the world's, the tape keeps all that the robot says"),
+    ] = None
 
 
 class Leave(Message, frozen=True, kw_only=True):

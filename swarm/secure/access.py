@@ -61,7 +61,7 @@ RIGHTS: Final = {
     WORLD: Rights(
         sends=(SENSE, TRUTH, CLOCK, EVENT, STATUS, MAP),
         answers=(ACTION, EDIT, JOIN, LEAVE, ORDER, ROBOT_ACTION, POOL, PLACES, *LAST),
-        hears=(COMMAND, BODY, STATE, PLAN),
+        hears=(COMMAND, BODY, STATE, PLAN, RADIO),  # of robots of other code, for the tape
         asks=(CLOCK,),  # a second world finds out that it is one
         present_as="world",
         sees="*",

@@ -84,7 +84,7 @@ def host_state(phase: Phase = Phase.RUNNING) -> HostState:
         phase=phase, held=False, reason="", lost=[], wall_time=1.5, present=["r1"], most_in_one=1, late=2, states={}, plans={},
         tick_bins=[0, 1], tick_longest=0.25, not_reproducible=["why"], pressed={"a": "b"},
         events=[Event(run=0, tick=1, time=0.05, robot=None, kind="edit", text="wall")],
-        seen={"r1": Seen(Liveness.LOST, 0.05)}, left={"r1"},
+        seen={"r1": Seen(Liveness.LOST, 0.05)}, left={"r1"}, tape=7,
     )  # fmt: skip
 
 

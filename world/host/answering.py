@@ -7,7 +7,9 @@ from msgspec.structs import replace
 
 from swarm.bus import Bus, Request
 from swarm.errors import PeerError, SwarmError
+from swarm.fingerprint import fingerprint
 from swarm.messages import (
+    RADIO,
     Accepted,
     Action,
     Do,
@@ -111,6 +113,7 @@ def _request(name: str, request: Order | RobotAction, run: Run) -> Accepted:
         raise PeerError(f"{name}: expected a robot that is here, it is lost: absent for {LOST:g} s; start it again")
     with run.changing():
         reply, events = world.request(name, request)
+    run.tape.asked(world.number(name), request)
     if events and isinstance(request, RobotAction) and request.do is RobotDo.CANCEL:
         reply = replace(reply, text=f"{reply.text}; {_what_follows(name, run)}")
     return _carried_out(reply, events, f"{name} was given an order or an action", run)
@@ -129,6 +132,7 @@ def _put_in(targets: PoolTargets, run: Run) -> Accepted:
     """Put targets into the pool, and save the run before the answer goes out."""
     with run.changing():
         reply, events = run.world.put_in(targets)
+    run.tape.asked(None, targets)
     return _carried_out(reply, events, "targets were put into the pool", run)
 
 
@@ -137,6 +141,7 @@ def _open(places: Places, run: Run) -> Accepted:
     if not run.world.settings.serve:
         raise PeerError(f"places {places.id}: expected a fleet that stays, got one that ends; start it with --serve")
     reply, events = run.open_places(places)
+    run.tape.asked(None, places)
     _carried_out(reply, events, f"{', '.join(reply.robots)} got a place", run)
     if events:
         run.tell_map()
@@ -162,6 +167,7 @@ def _edit(edit: Edit, run: Run) -> Accepted:
         return Accepted(text=f"{text}; a dry run: nothing has changed", cuts=lost)
     with run.changing():
         run.world.edit(edit, sensed=run.in_tick)
+    run.tape.asked(None, edit)
     events = [run.world.event("edit", text)]
     reply = _carried_out(Accepted(text=text, cuts=lost), events, "the map was edited by a request", run)
     run.tell_map()
@@ -172,6 +178,10 @@ def _join(join: Join, run: Run, bus: Bus) -> Welcome:
     """Assign a robot process its place in the fleet."""
     name = run.membership.place(join.robot, join.session, run.awake.now(), join.sender)
     if join.world != run.world.identity:
+        ours = join.code == fingerprint()
+        run.tape.joined(run.world.number(name), ours=ours)
+        if run.tape.on and not ours:  # a replay cannot compute what it says
+            bus.listen(RADIO, quiet=True, robot=name)
         run.repeatable.no_longer(f"{name} has started again without its memory", run.world.time)
         if join.world is not None:  # somebody removed the snapshot, or the robot has outlived its fleet
             run.tell(

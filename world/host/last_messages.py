@@ -53,15 +53,18 @@ class LastMessages:
         self.late = 0  # commands that came after their tick
         self.in_time = 0  # robots that have answered the present tick
 
-    def take(self, name: str, message: Command | State | Plan | BodyReport, run: int, tick: int) -> None:
-        """Take in a message; ignore one of another run or of a future tick, and an answer that was given before."""
+    def take(self, name: str, message: Command | State | Plan | BodyReport, run: int, tick: int) -> bool:
+        """Take in a message; ignore one of another run or of a future tick, and an answer that was given before.
+
+        Return False if it was ignored.
+        """
         if message.run != run or message.tick > tick:
-            return
+            return False
         match message:
             case Command():
                 self.deaf.discard(name)
                 if message.tick <= self._answered.get(name, -1):
-                    return
+                    return False
                 self._answered[name] = message.tick
                 self.late += message.tick < tick
                 self.in_time += message.tick == tick
@@ -71,13 +74,15 @@ class LastMessages:
                 self.commands[name] = message if known is None else merged(message, known)
             case BodyReport():
                 known_body = self.bodies.get(name)
-                if known_body is None or message.tick > known_body.tick:
-                    self.bodiless.discard(name)
-                    self.bodies[name] = message
+                if known_body is not None and message.tick <= known_body.tick:
+                    return False
+                self.bodiless.discard(name)
+                self.bodies[name] = message
             case State():
                 self.states[name] = message
             case Plan():
                 self.plans[name] = message
+        return True
 
     def carried_out(self) -> None:
         """Forget the commands of a tick that is over."""

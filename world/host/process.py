@@ -8,7 +8,7 @@ from typing import Final
 
 from swarm.bus import Arrival, Bus, Endpoint, Link, Presence, Request
 from swarm.errors import ConfigError
-from swarm.messages import BODY, CLOCK, COMMAND, PLAN, SENSE, STATE, STATUS, TRUTH, Phase, Sense
+from swarm.messages import BODY, CLOCK, COMMAND, PLAN, RADIO, SENSE, STATE, STATUS, TRUTH, Phase, Sense
 from swarm.scenario.load import Scenario
 from swarm.secure import Identity
 from swarm.settings import Pace
@@ -19,6 +19,7 @@ from world.host.answering import answer
 from world.host.last_messages import SILENT, Asked
 from world.host.requests import ANSWERED, Requests, waits_in_tick
 from world.host.run import Run
+from world.host.taping import foreign, keep, take
 from world.saving.snapshot_file import make_room
 from world.views.report_file import write
 
@@ -45,24 +46,29 @@ def run(
     outside: Sequence[str] = (),
     first_run: int = 0,
     given_up: Path | None = None,
+    tape: Path | None = None,
 ) -> int:
     """Run the world of a fleet until its run is over; return the exit status, 0 if it has passed, else 1.
 
     The state is saved to the file ``snapshot`` at least once a simulated second. If the file exists, the run that it
     was saved from goes on. The bodies of the robots ``outside`` are reported by other processes. ``first_run`` is the
     number of the first run: above those of a world before in the same fleet, or listeners would take it for older. The
-    file ``given_up`` will have the names of robots that nobody starts again.
+    file ``given_up`` will have the names of robots that nobody starts again. The tape of the run is appended to the
+    file ``tape``.
 
     Raises:
         ConfigError: there is no router, the fleet has a world, the starts have no room for so many robots, the snapshot
             is of another run, or the report cannot be written.
     """
     with told_to_stop() as stop, Bus(endpoint, fleet, log) as bus:
-        run = Run(bus, scenario, robots, seed, pace, limit, wait, watchers, snapshot, log, outside, first_run, given_up)
+        run = Run(
+            bus, scenario, robots, seed, pace, limit, wait, watchers, snapshot, log, outside, first_run, given_up, tape
+        )
         host = Host(bus, run, log, endpoint.identity)
         with check_alone(bus, fleet, log) as silent:
             host.open(silent)
         host.serve(stop)
+        run.tape.close()
         summary = run.report()
         if report_to is not None:
             try:
@@ -96,6 +102,8 @@ class Host:
         self._worlds = {bus.id, *silent}
         for topic in (COMMAND, STATE, PLAN, *((BODY,) if run.outside else ())):
             bus.listen(topic)
+        for name in foreign(run):
+            bus.listen(RADIO, quiet=True, robot=name)
         for question in ANSWERED:
             bus.serve(question)
         run.publisher.answer()
@@ -155,7 +163,7 @@ class Host:
         run.stopwatch.go()
         world = run.world
         if not run.in_tick:  # if the router was away meanwhile, the tick goes on
-            self._senses, run.in_tick = world.senses(run.lockstep), True
+            self._senses = run.senses()
         for name in run.membership.present:
             self._bus.send(SENSE, self._senses[name], robot=name)
         run.publisher.tell_truth(world.tick, run.truth)
@@ -217,11 +225,13 @@ class Host:
         arrived = self._bus.receive(min(timeout, PEEK) if run.membership.unsettled else timeout)
         match arrived:
             case Arrival(topic=topic, ids=ids, message=message) if topic is BODY and run.membership.knows(ids["robot"]):
-                run.last.take(ids["robot"], message, run.world.run, run.world.tick)
+                take(run, ids["robot"], message)
+            case Arrival(topic=topic, message=message) if topic is RADIO:
+                keep(run, message)
             case Arrival(ids=ids, message=message, sender=sender):
                 if run.membership.speaks(ids["robot"], sender):
                     run.liveliness.heard(ids["robot"])
-                    run.last.take(ids["robot"], message, run.world.run, run.world.tick)
+                    take(run, ids["robot"], message)
                 else:
                     self._name_impostor(ids["robot"])
             case Presence():

@@ -1,6 +1,6 @@
 """The run of one fleet's world: its phase, its state beside the world's own, and everything that changes it."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from math import isinf
@@ -11,7 +11,7 @@ from typing import Final
 from swarm.awake import Awake
 from swarm.bus import Bus
 from swarm.maps.wire import unpack
-from swarm.messages import Accepted, Clock, Event, Phase, Places, State, Status, Truth
+from swarm.messages import Accepted, Clock, Event, Phase, Places, Sense, State, Status, Truth
 from swarm.scenario.load import Scenario
 from swarm.scenario.prepare import planning_grid, prepare
 from swarm.settings import Pace
@@ -24,6 +24,7 @@ from world.host.last_messages import LastMessages
 from world.host.pace import Stopwatch, Times, Timetable
 from world.host.reproducible import Repeatable
 from world.saving.snapshot_file import HostState, Saver, Snapshot, newest
+from world.tape.writer import Tape
 from world.tasks.places import Book
 from world.views.metrics import shortest_lengths
 from world.views.report import ROOM, listed, missing, report
@@ -52,6 +53,7 @@ class Run:
         outside: Sequence[str] = (),
         first_run: int = 0,
         given_up: Path | None = None,
+        tape: Path | None = None,
     ) -> None:
         self.scenario, _, self._starts = prepare(scenario, robots, seed)
         self.seed, self.pace, self._limit = seed, pace, limit
@@ -74,9 +76,16 @@ class Run:
         self.pressed: dict[str, str] = {}  # the answer to each named button, the newest last
         self.in_tick = False  # robots were sent the senses of a tick that is not over
         self._unsaved = True
+        self.tape = Tape(tape, log)
         if snapshot is not None and (found := newest(snapshot, self.scenario, robots, seed, log)) is not None:
             self._resume(found)
+            self.tape.go_on(found.host.tape)
             log(f"the run goes on at {self.world.time:.2f} s, {self.phase.value}")
+        else:
+            self.tape.begin(
+                seed=seed, pace=str(pace), limit=limit, identity=self.world.identity, run=first_run,
+                outside=list(self.outside), map=self.publisher.floor,
+            )  # fmt: skip
         self.world.poses()
 
     @contextmanager
@@ -142,15 +151,16 @@ class Run:
         """Save the state if it has changed; in lockstep only while no tick is under way."""
         if self._unsaved and not (self.lockstep and self.in_tick):
             self._unsaved = False
+            rows = self.tape.saved() if self._saver.on else 0
             with self.changing():
-                self._saver.save(self.world, self._state)
+                self._saver.save(self.world, lambda: self._state(rows))
 
     def save_soon(self) -> None:
         """Save the state now, or in lockstep after the tick that is under way."""
         self._unsaved = True
         self.save()
 
-    def _state(self) -> HostState:
+    def _state(self, rows: int) -> HostState:
         times = self.timetable.times
         return HostState(
             phase=self.phase, held=self.held, reason=self._reason, lost=self._lost, wall_time=self.stopwatch.seconds,
@@ -158,6 +168,7 @@ class Run:
             states=self.last.states, plans=self.last.plans, tick_bins=times.bins, tick_longest=times.longest,
             not_reproducible=self.repeatable.reasons, events=list(self.publisher.events),
             seen=dict(self.liveliness.seen), left=self.liveliness.left, pressed=self.pressed,
+            tape=rows,
         )  # fmt: skip
 
     # --- telling; what only reads may be called from any thread ---
@@ -220,8 +231,15 @@ class Run:
         if len(self.pressed) > NAMED:
             del self.pressed[next(iter(self.pressed))]
 
+    def senses(self) -> Mapping[str, Sense]:
+        """Begin a tick: return what every robot senses."""
+        self.tape.sensed()
+        self.in_tick = True
+        return self.world.senses(self.lockstep)
+
     def step(self) -> None:
         """Move all robots to the next tick by the commands that have come."""
+        self.tape.step()
         self.world.bodies.external.told = self.last.bodies
         with self.changing():
             events = self.world.step(self.last.commands, self.last.sent)
@@ -277,6 +295,7 @@ class Run:
         """Begin a new run: all robots are back at their starts, progress is cleared."""
         self.publisher.tell_status(self.truth(), self.status())  # how the old one ended
         old = self.world
+        self.tape.restarted()
         with self.changing():
             self.world = self._begun(old.run + 1, old.bodies.edits, old.identity, old.tasks.places)
             self.last = LastMessages()

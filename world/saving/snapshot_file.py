@@ -26,7 +26,7 @@ from world.world import World, WorldState
 
 FORMAT: Final = b"zenoh-swarm snapshot "
 Noise = np.random.Generator
-HEAD: Final = FORMAT + b"6\n"  # the version of what follows
+HEAD: Final = FORMAT + b"7\n"  # the version of what follows
 CHECK: Final = 16  # bytes of the checksum
 
 
@@ -50,6 +50,7 @@ class HostState(Struct, kw_only=True, forbid_unknown_fields=True):
     tick_longest: float  # s
     not_reproducible: list[str]
     pressed: dict[str, str]
+    tape: int  # rows that the tape had
 
 
 class Snapshot(Struct, kw_only=True, forbid_unknown_fields=True):
@@ -95,6 +96,17 @@ def _from_plain(kind: Any, value: Any) -> object:  # noqa: ANN401
 
 ENCODER: Final = msgspec.msgpack.Encoder(enc_hook=_to_plain)
 DECODER: Final = msgspec.msgpack.Decoder(Snapshot, dec_hook=_from_plain)
+STATE_DECODER: Final = msgspec.msgpack.Decoder(WorldState, dec_hook=_from_plain)
+
+
+def pack_state(state: WorldState) -> bytes:
+    """Return the state of a world as bytes: it shares its values with the world, and they change."""
+    return ENCODER.encode(state)
+
+
+def unpack_state(packed: bytes) -> WorldState:
+    """Return a state of this process that was packed."""
+    return STATE_DECODER.decode(packed)
 
 
 def write(snapshot: Snapshot, path: Path) -> None:
@@ -193,6 +205,11 @@ class Saver:
         self._seed = seed
         self._floor: tuple[int, PackedMap] | None = None  # number of edits, map
         self._failed = False
+
+    @property
+    def on(self) -> bool:
+        """True if anything is saved."""
+        return self._path is not None
 
     def save(self, world: World, host: Callable[[], HostState]) -> None:
         """Write a snapshot between two ticks."""

@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING
 from swarm.cli.parsing import Commands, Parser, endpoint, pace, secure
 from swarm.errors import ConfigError
 from swarm.secure.names import ROUTER, WORLD
-from swarm.settings import MOST_ROBOTS
+from swarm.settings import MOST_ROBOTS, TAPE
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from swarm.scenario.load import Scenario
     from swarm.scenario.source import Source
 
@@ -57,7 +59,8 @@ def _launched(options: argparse.Namespace, source: "Source") -> int:
             wait=options.wait,
             dashboard=options.dashboard,
             rules=options.rules,
-            record=options.record,
+            record=_recorded(options.record, ".rrd"),
+            tape=_recorded(options.record, TAPE),
             report=options.report,
             port=options.port,
             fleet=options.fleet,
@@ -91,7 +94,7 @@ def world(options: argparse.Namespace) -> int:
     from swarm.compiled import announce
 
     announce()
-    from swarm.launch.running import named
+    from swarm.launch.running import named, tape_of
     from swarm.scenario.check import check
     from swarm.scenario.load import load
     from swarm.scenario.shipped import found
@@ -118,6 +121,7 @@ def world(options: argparse.Namespace) -> int:
         report_to=options.report,
         snapshot=options.resume or options.snapshot,
         outside=options.body,
+        tape=options.record or tape_of(fleet),
     )
 
 
@@ -140,6 +144,18 @@ def robot(options: argparse.Namespace) -> int:
     router = endpoint(options.connect, options.secure, options.id)
     fleet = options.fleet or awaited(router)
     return 0 if fleet is None else be_robots(router, fleet, [options.id] * count, once=options.once)
+
+
+def _recorded(files: "Sequence[Path]", ending: str) -> Path | None:
+    """Return the file of ``--record`` that has an ending; one that is no tape is the dashboard's.
+
+    Raises:
+        ConfigError: there are two.
+    """
+    found = [file for file in files if (file.suffix == TAPE) == (ending == TAPE)]
+    if len(found) > 1:
+        raise ConfigError(f"--record: expected one file that ends in {ending}, got {', '.join(map(str, found))}")
+    return found[0] if found else None
 
 
 def _at_least_one(option: str, robots: int) -> int:
@@ -200,6 +216,8 @@ def add(commands: "Commands[Parser]") -> None:
     saved = one.add_mutually_exclusive_group()
     saved.add_argument("--snapshot", type=Path, metavar="FILE", help=text)
     saved.add_argument("--resume", type=Path, metavar="FILE", help="go on with the run in this file, and save it there")
+    text = "append the tape of the run to this file; by default to one in the folder of fleets, whose path is printed"
+    one.add_argument("--record", type=Path, metavar=f"FILE{TAPE}", help=text)
     one.set_defaults(command=world)
 
     one = commands.add_parser("robot", help="run one robot of a fleet, or several in one process")
@@ -220,7 +238,8 @@ def _of_a_launch(parser: Parser) -> None:
     parser.add_argument("--robots-per-process", type=int, default=1, metavar="K", help=text)
     parser.add_argument("--quiet", action="store_true", help="print only addresses, trouble and the summary")
     parser.add_argument("--rules", metavar="ROBOT", help="robot whose fired rules are shown; by default the first")
-    parser.add_argument("--record", type=Path, metavar="FILE.rrd", help="save what the dashboard draws")
+    text = "save the run: its tape as FILE.swarm, which `swarm replay` and others open, or what the dashboard draws"
+    parser.add_argument("--record", type=Path, metavar="FILE.swarm|FILE.rrd", action="append", default=[], help=text)
     parser.add_argument("--port", type=int, default=0, help="port of the router; 0 picks a free one")
     text = "try a slow network: what robots send and receive is so much later, each way, give or take JITTER"
     parser.add_argument("--delay", metavar="MS[,JITTER]", help=text)

@@ -7,6 +7,7 @@ from typing import Final, NamedTuple
 from swarm.awake import Awake
 from swarm.bus import Arrival, Bus, Endpoint, Link, Presence, Request
 from swarm.errors import SwarmError
+from swarm.fingerprint import fingerprint
 from swarm.fuzzy import Controller
 from swarm.geometry import Pose
 from swarm.messages import (
@@ -27,7 +28,7 @@ from swarm.messages import (
 from swarm.robot.brain import Robot
 from swarm.robot.host.joining import FIRST, Ending, Place
 from swarm.robot.host.radio import Radio, Receiver
-from swarm.robot.host.seat import GivenAnswer, Seat
+from swarm.robot.host.seat import KEPT, GivenAnswer, Seat
 from swarm.scenario.load import Scenario
 from swarm.scenario.starts import number_of
 from swarm.stopping import told_to_stop
@@ -36,7 +37,6 @@ LOOK: Final = 0.25  # s between two checks whether the process must stop
 PEEK: Final = 0.001  # s between two checks for a missing broadcast, whose arrival wakes nothing
 GOODBYE: Final = 3.0  # s to wait for the answer when a robot leaves
 WELCOME: Final = 10.0  # s to wait for the answer to a join
-KEPT: Final = 5.0  # s for which answers are kept: a repeated sense gets the same answer
 ECHOES: Final = (0.0, 0.25, 0.75, 1.75)  # s after the router is back; others come back within half a second
 
 
@@ -209,7 +209,10 @@ class RobotHost:
     def _join(self, place: Place) -> None:
         """Ask the world for a robot's place; go on with its run, or begin a new one."""
         bus, known = self._bus, place.name in self._inbox.seats
-        asks = Join(robot=place.name, session=bus.id, world=self._world if known else None, sender=bus.sender)
+        asks = Join(
+            robot=place.name, session=bus.id, world=self._world if known else None, sender=bus.sender,
+            code=fingerprint(),
+        )  # fmt: skip
         try:
             welcome: Welcome = bus.ask(JOIN, asks, WELCOME, fits=lambda reply: reply.session in self._worlds)
             if welcome.world != self._world or not known:

@@ -1,19 +1,20 @@
 """The place of one robot in its process: the sense that it has not answered yet, and its last answers."""
 
 from collections.abc import Callable, Iterable
-from typing import Final, NamedTuple
+from typing import Final, NamedTuple, Protocol
 
 import msgspec
 
 from swarm.geometry import Pose, distance, wrap
-from swarm.messages import Map, Sense
+from swarm.messages import Broadcast, Map, Sense, Took
 from swarm.robot.brain import Inputs, Outputs, Robot
-from swarm.robot.host.radio import Receiver, Zone
+from swarm.robot.host.radio import Pair, Zone
 from swarm.scenario.load import Scenario
 
 OVERDUE: Final = 2.0  # s that lockstep waits for a broadcast that the sense lists as heard
 OFF: Final = 0.01  # m; a third of the gap that the safety filter keeps to walls
 TURNED: Final = 0.05  # rad
+KEPT: Final = 5.0  # s for which answers are kept: a repeated sense gets the same answer
 SAID_AGAIN: Final = 3  # last answers, said again after the router was away: others are a tick behind at most
 EARLIER: Final = "the robot has answered a later one; the world goes on from before that"
 MOST_NAMED: Final = 10  # reasons for dropping a sense that are logged, at most
@@ -66,18 +67,40 @@ class Repeats:
             del self._given[next(iter(self._given))]
 
 
+class Hearing(Protocol):
+    """What a robot hears by; see ``Receiver``."""
+
+    def tune(self, x: float, y: float) -> Zone:
+        """Be at a point [m]; return the zone that broadcasts are sent from."""
+
+    def close(self) -> None:
+        """Hear nothing any more."""
+
+    def begin(self, run: int) -> None:
+        """Begin a run."""
+
+    def lacks(self, hears: Iterable[Pair]) -> bool:
+        """Return True if a broadcast has not arrived that the sense lists."""
+
+    def exactly(self, hears: Iterable[Pair], now: int) -> list[Broadcast]:
+        """Return what is heard in lockstep."""
+
+    def what_came(self, hears: Iterable[Pair], now: int) -> list[Broadcast]:
+        """Return what is heard in real time."""
+
+
 class Seat:
     """One robot of a process. The caller passes the time ``now`` [s], always of one clock."""
 
     def __init__(
-        self, robot: Robot, receiver: Receiver, kept: int, log: Callable[[str], None], world: str = "local"
+        self, robot: Robot, receiver: Hearing, kept: int, log: Callable[[str], None], world: str = "local"
     ) -> None:
         self.name = robot.name
         self._world = world  # the identity of the one that is obeyed
         self.speaker: int | None = None  # what its world attaches to its messages; None: anything, or nothing
         self.sense: Sense | None = None  # not answered yet
         self._robot = robot
-        self._receiver = receiver
+        self.receiver = receiver
         self._repeats = Repeats(kept)
         self._log = log
         self._born: tuple[int, int] | None = None  # run and tick of the first sense
@@ -108,7 +131,7 @@ class Seat:
             self.sense, self._until = sense, None
             self._born = self._born or (sense.run, sense.tick)
             if sense.run != self._robot.run:
-                self._receiver.begin(sense.run)
+                self.receiver.begin(sense.run)
 
     def repeat(self, sense: Sense) -> GivenAnswer | None:
         """Return the answer to a sense that was answered before: the world goes on from a snapshot, or missed it.
@@ -140,7 +163,7 @@ class Seat:
         """
         run, tick = self._born or (0, 0)
         before = tick if tick and sense.run == run else -1
-        return self._receiver.lacks(pair for pair in sense.hears if pair[1] > before)
+        return self.receiver.lacks(pair for pair in sense.hears if pair[1] > before)
 
     def ready(self, now: float) -> bool:
         """Return True if there is a sense and, in lockstep, the broadcasts that it lists are here or overdue."""
@@ -160,13 +183,19 @@ class Seat:
         if (again := self._repeats.to(sense)) is not None:
             return again
         overdue = sense.lockstep and self._lacks(sense)
-        heard = (self._receiver.exactly if sense.lockstep else self._receiver.what_came)(sense.hears, sense.tick)
+        heard = (self.receiver.exactly if sense.lockstep else self.receiver.what_came)(sense.hears, sense.tick)
+        fetched = None
         if self._robot.missed(sense):
             for floor in fetch():
                 self._robot.take_map(Scenario.from_wire(floor.scenario, floor.packed), floor.edits)
-        zone = self._receiver.tune(sense.x, sense.y)
+                fetched = floor.edits
+        zone = self.receiver.tune(sense.x, sense.y)
         outputs = self._robot.step(Inputs(sense, heard))
         self._newest = sense.run, sense.tick
+        pairs = [(one.robot, one.tick) for one in heard]
+        if fetched is not None or pairs != sense.hears:
+            took = Took(heard=pairs, edits=fetched)
+            outputs = outputs._replace(command=msgspec.structs.replace(outputs.command, took=took))
         if overdue:
             text = f"went on without a broadcast that did not arrive in {OVERDUE:g} s"
             self._log(f"{self.name}: tick {sense.tick}: {text}")
@@ -178,4 +207,4 @@ class Seat:
 
     def leave(self) -> None:
         """End the subscriptions to the radio zones around the robot."""
-        self._receiver.close()
+        self.receiver.close()

@@ -1,0 +1,84 @@
+"""`swarm replay`: run a tape again, and compare every answer with what was said then."""
+
+import argparse
+import sys
+from pathlib import Path
+from time import monotonic
+from typing import TYPE_CHECKING, Final
+
+from swarm.cli.parsing import Commands, Parser
+from swarm.settings import TAPE
+
+if TYPE_CHECKING:
+    from world.replay.replay import Replay, Tick
+
+EVERY: Final = 2.0  # s between two lines on how far it is
+
+
+class Progress:
+    """Tells how far a replay is, on a terminal only."""
+
+    def __init__(self) -> None:
+        self._told = monotonic()
+
+    def __call__(self, replay: "Replay", tick: "Tick") -> None:
+        """Tell it if it is time."""
+        if monotonic() - self._told >= EVERY and sys.stderr.isatty():
+            self._told = monotonic()
+            share = replay.done / max(1, replay.outline.ticks)
+            print(f"replayed {replay.world.time:.0f} s, {share:.0%}", file=sys.stderr, flush=True)
+
+
+def replay(options: argparse.Namespace) -> int:
+    """Replay a tape; return 0 if every answer is the same and no law is broken, else 1."""
+    from swarm.compiled import announce
+
+    announce()
+    from world.replay.judge import Watch
+    from world.replay.replay import replayed
+    from world.tape.reader import TapeFile
+
+    file = TapeFile(options.file)
+    progress, watch = Progress(), Watch() if options.laws else None
+
+    def each(one: "Replay", tick: "Tick") -> None:
+        progress(one, tick)
+        if watch is not None:
+            watch.take(one, tick)
+
+    found = replayed(file, each)
+    for line in told(found):
+        print(line)
+    broken = watch.judged() if watch is not None else []
+    for one in broken:
+        print(f"law broken: {one.law}: tick {one.tick}, {', '.join(one.robots)}: {one.text}")
+    if watch is not None and not broken:
+        print(f"{watch.laws} laws kept")
+    return 1 if found.difference is not None or broken else 0
+
+
+def told(replay: "Replay") -> list[str]:
+    """Return what a replay was like, in lines."""
+    from swarm.fingerprint import fingerprint
+
+    head, world, file, found = replay.head, replay.world, replay.file, replay.difference
+    made = (
+        [] if head.code == fingerprint() else [f"made by other code: version {head.version}, fingerprint {head.code}"]
+    )
+    cut = [f"the file ends within a row: {file.left_out} bytes are left out"] if file.left_out else []
+    run = f"{head.map.scenario.settings.name}, {len(world.robots)} robots, run {world.run}, {world.time:.2f} s"
+    same = f"{run}: {replay.answers} answers, all as they were; digest {world.measures.recorder.digest}"
+    differs = (
+        f"{run}: first difference at tick {found.tick}, {found.time:.2f} s: {found.robot}: {found.text}"
+        if found
+        else ""
+    )
+    return [*made, *cut, differs or same]
+
+
+def add(commands: "Commands[Parser]") -> None:
+    """Add this command to the command line."""
+    one = commands.add_parser("replay", help="run a tape again bit for bit, and say what differs")
+    one.add_argument("file", type=Path, metavar=f"FILE{TAPE}", help="what `swarm run` has written")
+    one.add_argument("--laws", action="store_true", help="judge the run by the safety laws of `swarm storm`")
+    one.set_defaults(command=replay)

@@ -1,0 +1,39 @@
+"""What has to be known of a tape before it is replayed."""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from swarm.messages import Broadcast
+from world.tape.reader import Answered, TapeFile
+from world.tape.rows import GIVEN, RESUME
+
+
+class Outline(NamedTuple):
+    """The length of a tape, and what later rows need of earlier ones."""
+
+    ticks: int
+    resumed: frozenset[int]  # rows at whose end a world saved that was killed later
+    slowest: int  # ticks by which an answer was late, at most
+    memory: int  # ticks for which senses and broadcasts are kept
+    foreign: Mapping[tuple[int, str, int], Broadcast]  # by run, robot and tick
+
+    @classmethod
+    def of(cls, file: TapeFile) -> "Outline":
+        """Read a tape once.
+
+        Raises:
+            ConfigError: a row is none.
+        """
+        ticks, resumed, slowest, memory = 0, set[int](), 0, 0
+        foreign = dict[tuple[int, str, int], Broadcast]()
+        for row in file.rows():
+            ticks += row.whole
+            for item in row.items:
+                if isinstance(item, Answered):
+                    slowest = max(slowest, item.lag)
+                    memory = max(memory, item.lag + max((age for _, age in item.heard or ()), default=0))
+                elif item[0] == RESUME:
+                    resumed.add(item[1])
+                elif item[0] == GIVEN and isinstance(one := item[2], Broadcast):
+                    foreign[one.run, one.robot, one.tick] = one
+        return cls(ticks, frozenset(resumed), slowest, memory + 100, foreign)

@@ -1,0 +1,333 @@
+"""A run again, from its tape, in one process: every robot answers what it answered then, or the first that does not."""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import replace
+from typing import Any, Final, NamedTuple
+
+import msgspec
+
+from swarm.errors import ConfigError, SwarmError
+from swarm.fuzzy import Controller
+from swarm.geometry import Pose
+from swarm.maps.occupancy import OccupancyMap
+from swarm.messages import Broadcast, Command, Event, Map, Sense
+from swarm.robot.brain import Outputs
+from swarm.robot.host.radio import Pair
+from swarm.robot.host.seat import KEPT, GivenAnswer, Seat
+from swarm.scenario.load import Scenario
+from world.fleet.publisher import floor
+from world.host.last_messages import LastMessages
+from world.in_process import InProcess
+from world.replay.ear import Ear
+from world.replay.frozen import Frozen
+from world.replay.outline import Outline
+from world.saving.snapshot_file import pack_state, unpack_state
+from world.tape.reader import Answered, Row, TapeFile
+from world.tape.rows import ASK, GIVEN, JOIN, RESUME, SENSE, check_of
+from world.tasks.places import Book
+from world.world import World
+
+LOST: Final = 8  # steps of a robot that a killed world may not have put on the tape, at most
+
+
+class Difference(NamedTuple):
+    """An answer that the replay does not give again."""
+
+    tick: int
+    time: float  # s
+    robot: str
+    text: str
+
+
+class Stepped(NamedTuple):
+    """One answer of a robot, to the sense of a tick."""
+
+    sense: Sense
+    heard: tuple[Broadcast, ...]
+    outputs: Outputs | None  # None: of a robot of other code
+
+
+class Tick(NamedTuple):
+    """What happened in one tick of the world."""
+
+    senses: Mapping[str, Sense]
+    steps: list[tuple[str, Command, Stepped | None]]  # in the order in which the world took the answers
+    events: list[Event]
+    joined: list[str]  # robots whose process has begun
+
+
+class Saved(NamedTuple):
+    """What a world goes on from that was killed."""
+
+    run: int
+    edits: int
+    floor: OccupancyMap
+    places: Book
+    state: bytes
+
+
+def _silent(line: str) -> None:
+    """Say nothing."""
+
+
+class Replay(InProcess):
+    """A replay under way. Call ``step`` until it returns None.
+
+    Raises:
+        ConfigError: the file is no tape, or what it has cannot have happened.
+    """
+
+    def __init__(self, path: TapeFile, outline: Outline | None = None) -> None:
+        self.file, self.head = path, path.head
+        self.outline = outline or Outline.of(path)
+        head = self.head
+        try:
+            scenario = Scenario.from_wire(head.map.scenario, head.map.packed)
+        except SwarmError as fault:
+            raise ConfigError(f"tape {path.path}: the map: {fault}") from None
+        super().__init__(self._world(scenario, head.run, head.map.edits, None), scenario, Controller(scenario.profile))
+        self.difference: Difference | None = None
+        self.seats: dict[str, Seat] = {}
+        self.steps: dict[str, Stepped] = {}  # the newest of each robot
+        self.done = 0  # whole ticks
+        self._frozen = Frozen((scenario, self.controller))
+        self._floors: dict[int, OccupancyMap] = {self.world.bodies.edits: self.world.bodies.floor}
+        self._senses: dict[int, Mapping[str, Sense]] = {}
+        self._first_life: dict[int, Mapping[str, Sense]] = {}  # senses of a world that was killed, by tick
+        self._sensed = False
+        self._saved: dict[int, Saved] = {}
+        self._rows: Iterator[Row] = self.file.rows()
+        self._tick: list[tuple[str, Command, Stepped | None]] = []
+        self._joined: list[str] = []
+        self.answers = 0
+        self._load_foreign()
+
+    @property
+    def lockstep(self) -> bool:
+        """True if the world waited for every robot."""
+        return self.head.pace == "max"
+
+    def _world(self, scenario: Scenario, run: int, edits: int, places: Book | None) -> World:
+        head = self.head
+        starts = head.map.scenario.starts
+        assert isinstance(starts, dict)
+        poses = [Pose(*start) for start in starts.values()]
+        return World(scenario, poses, head.seed, run, edits, head.identity, head.outside, places)
+
+    # --- the rows ---
+
+    def step(self) -> Tick | None:
+        """Replay until the end of the next tick; return None at the end of the tape."""
+        for row in self._rows:
+            if row.whole and not self._sensed and SENSE not in row.items:
+                self._sense()
+            for item in row.items:
+                self._take(item)
+            if row.number in self.outline.resumed:
+                self._keep(row.number)
+            if row.whole:
+                return self._move()
+        return None
+
+    def _take(self, item: Any) -> None:  # noqa: ANN401
+        match item:
+            case Answered():
+                self._answer(item)
+            case "sense":
+                self._sense()
+            case "save":
+                self.world.save()
+                self.world.poses()
+            case "restart":
+                self._restart()
+            case [kind, number, *rest] if kind in {JOIN, GIVEN}:
+                name = self._name(number)
+                if kind == JOIN:
+                    self._join(name, ours=rest[0])
+                elif not isinstance(rest[0], Broadcast):
+                    self.last.take(name, rest[0], self.world.run, self.world.tick)
+                    if isinstance(rest[0], Command):
+                        self._tick.append((name, rest[0], None))
+            case [kind, number, message] if kind == ASK:
+                self._ask(number, message)
+            case [kind, row] if kind == RESUME:
+                self._resume(row)
+
+    def _name(self, number: int) -> str:
+        names = self.world.robots
+        if number >= len(names):
+            raise ConfigError(f"tape {self.file.path}: tick {self.world.tick}: there is no robot number {number}")
+        return names[number]
+
+    def _sense(self) -> None:
+        world = self.world
+        self._senses[world.tick] = world.senses(self.lockstep)
+        self._sensed = True
+
+    def _move(self) -> Tick:
+        world = self.world
+        senses = self._senses.get(world.tick, {})
+        events = self.move()
+        self._sensed = False
+        self.done += 1
+        self._floors.setdefault(world.bodies.edits, world.bodies.floor)
+        oldest = world.tick - self.outline.memory
+        self._senses.pop(oldest, None)
+        self._first_life.pop(oldest, None)
+        if world.tick % self.outline.memory == 0:
+            self.forget(oldest)
+        tick, self._tick, self._joined = Tick(senses, self._tick, events, self._joined), [], []
+        return tick
+
+    def _join(self, name: str, *, ours: bool) -> None:
+        self._joined.append(name)
+        if not ours:
+            self.seats.pop(name, None)
+            self.steps.pop(name, None)
+            return
+        kept = round(KEPT * self.world.settings.rate)
+        self.seats[name] = Seat(self.welcomed(name), Ear(), kept, _silent, self.world.identity)
+
+    def _ask(self, number: int | None, message: Any) -> None:  # noqa: ANN401
+        world = self.world
+        try:
+            match type(message).__name__:
+                case "Edit":
+                    world.edit(message, sensed=self._sensed)
+                    self._floors.setdefault(world.bodies.edits, world.bodies.floor)
+                case "PoolTargets":
+                    world.put_in(message)
+                case "Places":
+                    world.open_places(message)
+                case _ if number is not None:
+                    world.request(self._name(number), message)
+        except SwarmError as fault:
+            self._differ(world.tick, "the world", f"a request that was carried out is refused: {fault}")
+        world.poses()
+
+    def _restart(self) -> None:
+        old = self.world
+        self._senses, self.broadcasts, self._first_life = {}, {}, {}
+        self._begin(self._world(self.edited(), old.run + 1, old.bodies.edits, old.tasks.places))
+        self._load_foreign()
+
+    def _begin(self, world: World) -> None:
+        """Begin or go on in another world."""
+        world.poses()
+        self.world, self.last, self._sensed, self._tick = world, LastMessages(), False, []
+
+    def _load_foreign(self) -> None:
+        found = {(name, tick): one for (run, name, tick), one in self.outline.foreign.items() if run == self.world.run}
+        self.broadcasts |= found
+
+    # --- a world that was killed ---
+
+    def _keep(self, row: int) -> None:
+        world = self.world
+        book = world.tasks.places
+        places = Book(starts=list(book.starts), requests=dict(book.requests))
+        bodies = world.bodies
+        self._saved[row] = Saved(world.run, bodies.edits, bodies.floor, places, pack_state(world.save()))
+
+    def _resume(self, row: int) -> None:
+        saved = self._saved.get(row)
+        if saved is None:
+            raise ConfigError(f"tape {self.file.path}: tick {self.world.tick}: nothing was saved at row {row}")
+        if not self._sensed:
+            self._sense()  # robots may have answered them, and the world died before it wrote a row
+        self._first_life = dict(self._senses)
+        world = self._world(replace(self.scenario, map=saved.floor), saved.run, saved.edits, saved.places)
+        world.restore(unpack_state(saved.state))
+        self._begin(world)
+
+    # --- a robot ---
+
+    def _answer(self, item: Answered) -> None:
+        name, tick = self._name(item.robot), self.world.tick - item.lag
+        senses, seat = self._senses.get(tick, {}), self.seats.get(name)
+        if seat is None or name not in senses:
+            self._differ(
+                tick, name, "it has answered, and had joined no run" if seat is None else "it was sent no sense"
+            )
+            return
+        told = item.heard
+        pairs = None if told is None else [(self._name(number), tick - age) for number, age in told]
+        sense = senses[name]
+        known = self._first_life.get(tick)
+        if known is not None and name in known:
+            given = self._chosen(name, sense, known[name], item, pairs)
+        else:
+            given = self._given(name, sense, sense.hears if pairs is None else pairs, item.edits)
+        if given is None:
+            self._differ(tick, name, "it has answered a sense that it must drop")
+            return
+        if check_of(given.outputs.command) != item.check:
+            self._differ(tick, name, "its answer is another one")
+        self.answers += 1
+        outputs = given.outputs
+        self.deliver(name, outputs.command, outputs.broadcast)
+        self._tick.append((name, outputs.command, self.steps.get(name)))
+
+    def _given(self, name: str, sense: Sense, pairs: Iterable[Pair], edits: int | None) -> GivenAnswer | None:
+        """Let a robot answer a sense; return None if it drops that."""
+        seat = self.seats[name]
+        if (again := seat.repeat(sense)) is not None:
+            return again
+        heard = []
+        for pair in pairs:
+            if (one := self.broadcasts.get((pair[0], pair[1]))) is None:
+                self._differ(sense.tick, name, f"it has heard {pair[0]} of tick {pair[1]}, who said nothing then")
+            else:
+                heard.append(one)
+        seat.take(sense)
+        if seat.sense is None:
+            return None
+        ear = seat.receiver
+        assert isinstance(ear, Ear)
+        ear.heard = heard
+        given = seat.answer(lambda: self._fetched(edits))
+        self.steps[name] = Stepped(sense, tuple(heard), given.outputs)
+        return given
+
+    def _fetched(self, edits: int | None) -> list[Map]:
+        """Return the map that a robot has fetched."""
+        if edits is None or edits not in self._floors:
+            return []
+        found = floor(replace(self.scenario, map=self._floors[edits]), self.world)
+        return [msgspec.structs.replace(found, edits=edits)]
+
+    def _chosen(
+        self, name: str, sense: Sense, first: Sense, item: Answered, pairs: list[Pair] | None
+    ) -> GivenAnswer | None:
+        """Return the answer to a tick that was lived twice: the world died after it had sent a sense, and sent another.
+
+        The robot may have answered the first one, or the ones before, without a row on the tape.
+        """
+        before = self._frozen.packed((self.seats[name], self.steps.get(name)))
+        untold = [self._first_life[one][name] for one in sorted(self._first_life) if one <= sense.tick]
+        found: GivenAnswer | None = None
+        for number in range(LOST + 1):
+            lost = untold[len(untold) - number :]
+            if len(lost) < number:
+                break
+            for one in lost:
+                self._given(name, one, pairs if one.tick == sense.tick and pairs is not None else one.hears, None)
+            found = self._given(name, sense, sense.hears if pairs is None else pairs, item.edits)
+            if found is not None and check_of(found.outputs.command) == item.check:
+                return found
+            self.seats[name], step = self._frozen.unpacked(before)
+            if step is not None:
+                self.steps[name] = step
+        return self._given(name, sense, sense.hears if pairs is None else pairs, item.edits)
+
+    def _differ(self, tick: int, robot: str, text: str) -> None:
+        if self.difference is None:
+            self.difference = Difference(tick, tick * self.world.dt, robot, text)
+
+
+def replayed(path: TapeFile, each: Callable[[Replay, Tick], None] = lambda replay, tick: None) -> Replay:
+    """Replay a whole tape; ``each`` is called after every tick."""
+    replay = Replay(path)
+    while (tick := replay.step()) is not None:
+        each(replay, tick)
+    return replay

@@ -1,0 +1,190 @@
+"""The reader of a tape: the head and the rows of a file, each checked, up to the last whole one if the file is cut."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, Final, NamedTuple
+from zlib import crc32
+
+import msgpack
+import msgspec
+
+from swarm.bus.codec import decode
+from swarm.errors import ConfigError, PeerError
+from swarm.messages import Message
+from swarm.settings import MOST_ROBOTS
+from world.tape.rows import (
+    ASK,
+    ASKED,
+    CHECK,
+    FORMAT,
+    GIVEN,
+    JOIN,
+    MESSAGES,
+    RESTART,
+    SAVE,
+    SENSE,
+    Head,
+    check_of_item,
+    is_plain,
+    plain_of,
+)
+
+LARGEST: Final = 1 << 25  # bytes of a row
+MOST_ITEMS: Final = 100_000  # of a row
+MOST_TICKS: Final = 10_000_000
+MARKS: Final = (SENSE, SAVE, RESTART)
+HEAD: Final = msgspec.msgpack.Decoder(Head)
+OTHERWISE: Final = "give a file that `swarm run` has written"
+
+
+class Answered(NamedTuple):
+    """An answer of a robot of our code."""
+
+    robot: int
+    lag: int  # ticks since the sense that it answers
+    heard: list[tuple[int, int]] | None  # robots and ages [ticks] at that sense; None: what that lists
+    edits: int | None  # of the map that it fetched before
+    check: bytes
+
+
+class Row(NamedTuple):
+    """A row: what happened in a tick, or in a part of it."""
+
+    number: int  # from 1
+    items: list[Any]  # `Answered`, or the item as in the table of `rows`
+    whole: bool  # the tick ends here
+
+
+class TapeFile:
+    """The file of a tape.
+
+    Raises:
+        ConfigError: it cannot be read, or is no tape.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.left_out = 0  # bytes behind the last whole row, once the rows were read
+        self.size = 0  # bytes up to there
+        self.head = self._read_head()
+
+    def _values(self) -> Iterator[tuple[Any, int]]:
+        """Yield each MessagePack value and the byte at which it ends."""
+        try:
+            with self.path.open("rb") as file:
+                values = msgpack.Unpacker(
+                    file, max_buffer_size=LARGEST, max_bin_len=LARGEST, max_array_len=MOST_ITEMS, max_str_len=1000,
+                    max_map_len=0, max_ext_len=0, read_size=1 << 16,
+                )  # fmt: skip
+                for value in values:
+                    self.size = values.tell()
+                    yield value, self.size
+            self.left_out = self.path.stat().st_size - self.size
+        except OSError as fault:
+            raise ConfigError(f"{self.path}: expected a tape, got {fault.strerror}; {OTHERWISE}") from None
+
+    def _fault(self, row: int, text: str) -> ConfigError:
+        where = f"row {row}" if row else "the head"
+        return ConfigError(f"tape {self.path}: {where}: {text}; the file was changed, or {OTHERWISE}")
+
+    def _read_head(self) -> Head:
+        try:
+            first, _ = next(self._values(), (None, 0))
+        except (ValueError, msgpack.UnpackException, RecursionError) as fault:
+            raise self._fault(0, f"expected the head of a tape, got {fault or type(fault).__name__}") from None
+        match first:
+            case [bytes(packed), int(check)] if crc32(packed) == check:
+                pass
+            case _:
+                raise self._fault(0, "expected the head of a tape with its check, got something else")
+        try:
+            head: Head = HEAD.decode(packed)
+        except (msgspec.DecodeError, RecursionError, UnicodeDecodeError) as fault:
+            raise self._fault(0, str(fault)) from None
+        if head.format != FORMAT:
+            raise self._fault(0, f"expected {FORMAT!r}, got {head.format!r}")
+        return head
+
+    def rows(self) -> Iterator[Row]:
+        """Yield the rows of the file up to the last whole one.
+
+        Raises:
+            ConfigError: a row is none.
+        """
+        plain: list[Any] = []
+        ticks = number = 0
+        values = self._values()
+        next(values)
+        while True:
+            number += 1
+            try:
+                value, _ = next(values)
+            except StopIteration:
+                return
+            except (ValueError, msgpack.UnpackException, RecursionError) as fault:
+                raise self._fault(number, f"expected a row, got {fault or type(fault).__name__}") from None
+            match value:
+                case [None | list() as items, bytes(checks), *rest] if rest in ([], [0]):
+                    items = plain if items is None else items
+                case _:
+                    raise self._fault(number, "expected items and checks, got something else")
+            if len(checks) != CHECK * len(items):
+                raise self._fault(number, f"expected {CHECK * len(items)} bytes of checks, got {len(checks)}")
+            pieces = [checks[at : at + CHECK] for at in range(0, len(checks), CHECK)]
+            plain = plain_of([item for item in items if is_plain(item)])
+            ticks += not rest
+            if ticks > MOST_TICKS:
+                raise self._fault(number, f"expected at most {MOST_TICKS} ticks")
+            found = [self._item(number, item, check) for item, check in zip(items, pieces, strict=True)]
+            yield Row(number, found, not rest)
+
+    def _item(self, row: int, item: Any, check: bytes) -> Any:  # noqa: ANN401
+        """Return a checked item; an answer as ``Answered``."""
+
+        def fits(robot: object) -> bool:
+            return type(robot) is int and 0 <= robot < MOST_ROBOTS
+
+        match item:
+            case int(robot) if fits(robot):
+                return Answered(robot, 0, None, None, check)
+            case [int(robot), int(lag)] if fits(robot) and lag >= 0:
+                return Answered(robot, lag, None, None, check)
+            case [int(robot), int(lag), list(heard), int() | None as edits] if (
+                fits(robot) and lag >= 0 and len(heard) % 2 == 0 and all(type(part) is int for part in heard)
+            ):
+                return Answered(robot, lag, list(zip(heard[::2], heard[1::2], strict=True)), edits, check)
+        if check != check_of_item(item):
+            raise self._fault(row, "expected the check of the item, got another")
+        match item:
+            case str() if item in MARKS:
+                return item
+            case ["resume", int(target)] if 0 <= target < row:
+                return item
+            case ["join", robot, bool()] if fits(robot):
+                return item
+            case ["given", robot, str(kind), bytes(packed)] if fits(robot) and kind in MESSAGES:
+                return [GIVEN, robot, self._message(row, MESSAGES[kind], packed)]
+            case ["ask", robot, str(kind), bytes(packed)] if (robot is None or fits(robot)) and kind in ASKED:
+                return [ASK, robot, self._message(row, ASKED[kind], packed)]
+        raise self._fault(row, f"expected an item of a tape, got {str(item)[:60]}")
+
+    def _message(self, row: int, kind: type[Message], packed: bytes) -> Message:
+        try:
+            return decode(packed, kind, LARGEST)
+        except PeerError as fault:
+            raise self._fault(row, str(fault)) from None
+
+
+def whole_rows(path: Path) -> tuple[int, int, set[int]]:
+    """Return the number of whole rows, the bytes up to their end, and the robots whose answers are kept whole.
+
+    Raises:
+        ConfigError: the file cannot be read, or is no tape.
+    """
+    file, foreign, number = TapeFile(path), set[int](), 0
+    for row in file.rows():
+        number = row.number
+        for item in row.items:
+            if isinstance(item, list) and item[0] == JOIN:
+                (foreign.discard if item[2] else foreign.add)(item[1])
+    return number, file.size, foreign
