@@ -60,7 +60,7 @@ SUBROOMS: Final = {
     "world.saving": "fleet tasks",
     "world.tape": "",
     "world.host": "bodies fleet saving tape tasks views",
-    "world.replay": "fleet host saving storm tape tasks",
+    "world.replay": "fleet host saving tape tasks",
     "world.storm.plans": "",
     "world.storm.history": "plans",
     "world.storm.laws": "history",

@@ -5,7 +5,8 @@ from typing import Final, NamedTuple
 from swarm.geometry import Pose
 from swarm.messages import Broadcast, Command
 from world.faults import Health
-from world.replay.replay import Replay, Tick
+from world.replay.replay import Replay
+from world.replay.values import Tick
 from world.storm.history.history import History, Moment
 from world.storm.laws.judge import LAWS, Violation, judge
 from world.world import World

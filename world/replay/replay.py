@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 import msgspec
 
@@ -10,8 +10,7 @@ from swarm.errors import ConfigError, SwarmError
 from swarm.fuzzy import Controller
 from swarm.geometry import Pose
 from swarm.maps.occupancy import OccupancyMap
-from swarm.messages import Broadcast, Command, Event, Map, Sense
-from swarm.robot.brain import Outputs
+from swarm.messages import Broadcast, Command, Map, Sense
 from swarm.robot.host.radio import Pair
 from swarm.robot.host.seat import KEPT, GivenAnswer, Seat
 from swarm.scenario.load import Scenario
@@ -21,6 +20,7 @@ from world.in_process import InProcess
 from world.replay.ear import Ear
 from world.replay.frozen import Frozen
 from world.replay.outline import Outline
+from world.replay.values import Difference, Saved, Stepped, Tick
 from world.saving.snapshot_file import pack_state, unpack_state
 from world.tape.reader import Answered, Row, TapeFile
 from world.tape.rows import ASK, GIVEN, JOIN, RESUME, SENSE, check_of
@@ -28,42 +28,6 @@ from world.tasks.places import Book
 from world.world import World
 
 LOST: Final = 8  # steps of a robot that a killed world may not have put on the tape, at most
-
-
-class Difference(NamedTuple):
-    """An answer that the replay does not give again."""
-
-    tick: int
-    time: float  # s
-    robot: str
-    text: str
-
-
-class Stepped(NamedTuple):
-    """One answer of a robot, to the sense of a tick."""
-
-    sense: Sense
-    heard: tuple[Broadcast, ...]
-    outputs: Outputs | None  # None: of a robot of other code
-
-
-class Tick(NamedTuple):
-    """What happened in one tick of the world."""
-
-    senses: Mapping[str, Sense]
-    steps: list[tuple[str, Command, Stepped | None]]  # in the order in which the world took the answers
-    events: list[Event]
-    joined: list[str]  # robots whose process has begun
-
-
-class Saved(NamedTuple):
-    """What a world goes on from that was killed."""
-
-    run: int
-    edits: int
-    floor: OccupancyMap
-    places: Book
-    state: bytes
 
 
 def _silent(line: str) -> None:

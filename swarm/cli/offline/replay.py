@@ -10,7 +10,8 @@ from swarm.cli.parsing import Commands, Parser
 from swarm.settings import TAPE
 
 if TYPE_CHECKING:
-    from world.replay.replay import Replay, Tick
+    from world.replay.replay import Replay
+    from world.replay.values import Tick
 
 EVERY: Final = 2.0  # s between two lines on how far it is
 
@@ -62,18 +63,14 @@ def told(replay: "Replay") -> list[str]:
     from swarm.fingerprint import fingerprint
 
     head, world, file, found = replay.head, replay.world, replay.file, replay.difference
-    made = (
-        [] if head.code == fingerprint() else [f"made by other code: version {head.version}, fingerprint {head.code}"]
-    )
+    other = f"made by other code: version {head.version}, fingerprint {head.code}; this is {fingerprint()}"
+    made = [] if head.code == fingerprint() else [other]
     cut = [f"the file ends within a row: {file.left_out} bytes are left out"] if file.left_out else []
     run = f"{head.map.scenario.settings.name}, {len(world.robots)} robots, run {world.run}, {world.time:.2f} s"
-    same = f"{run}: {replay.answers} answers, all as they were; digest {world.measures.recorder.digest}"
-    differs = (
-        f"{run}: first difference at tick {found.tick}, {found.time:.2f} s: {found.robot}: {found.text}"
-        if found
-        else ""
-    )
-    return [*made, *cut, differs or same]
+    same = f"{replay.answers} answers, all as they were; digest {world.measures.recorder.digest}"
+    if found is not None:
+        same = f"first difference at tick {found.tick}, {found.time:.2f} s: {found.robot}: {found.text}"
+    return [*made, *cut, f"{run}: {same}"]
 
 
 def add(commands: "Commands[Parser]") -> None:

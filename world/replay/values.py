@@ -1,0 +1,45 @@
+"""What a replay tells of a tick, of an answer, and of an answer that differs."""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from swarm.maps.occupancy import OccupancyMap
+from swarm.messages import Broadcast, Command, Event, Sense
+from swarm.robot.brain import Outputs
+from world.tasks.places import Book
+
+
+class Difference(NamedTuple):
+    """An answer that the replay does not give again."""
+
+    tick: int
+    time: float  # s
+    robot: str
+    text: str
+
+
+class Stepped(NamedTuple):
+    """One answer of a robot, to the sense of a tick."""
+
+    sense: Sense
+    heard: tuple[Broadcast, ...]
+    outputs: Outputs | None  # None: of a robot of other code
+
+
+class Tick(NamedTuple):
+    """What happened in one tick of the world."""
+
+    senses: Mapping[str, Sense]
+    steps: list[tuple[str, Command, Stepped | None]]  # in the order in which the world took the answers
+    events: list[Event]
+    joined: list[str]  # robots whose process has begun
+
+
+class Saved(NamedTuple):
+    """What a world goes on from that was killed."""
+
+    run: int
+    edits: int
+    floor: OccupancyMap
+    places: Book
+    state: bytes
