@@ -16,6 +16,11 @@ from swarm.traffic.lattice.cell_map import CellMap
 SHARED = (Scenario, Controller, CellMap, Grid, OccupancyMap, Settings)
 
 
+def read_only(inside: dict[Any, Any]) -> MappingProxyType[Any, Any]:
+    """Return a mapping that cannot be changed: the type itself has no name that a pickle could use."""
+    return MappingProxyType(inside)
+
+
 class Frozen:
     """Packs and unpacks; what is shared stays in the memory of this process, so the bytes are of no use to another."""
 
@@ -34,7 +39,7 @@ class Frozen:
                 return None
 
             def reducer_override(self, one: object) -> Any:  # noqa: ANN401
-                return (MappingProxyType, (dict(one),)) if isinstance(one, MappingProxyType) else NotImplemented
+                return (read_only, (dict(one),)) if isinstance(one, MappingProxyType) else NotImplemented
 
         Packer(file, protocol=5).dump(thing)
         return file.getvalue()
