@@ -78,6 +78,7 @@ class Took(Struct, frozen=True, kw_only=True):
 
     heard: Annotated[list[tuple[Id, Count]], says("broadcasts (robot, tick) that it heard before this step, in order")]
     edits: Annotated[Count | None, says("of the map that it fetched before this step; null: it fetched none")] = None
+    again: Annotated[bool, says("it had answered this tick before: the world was started again, or missed it")] = False
 
 
 class Command(Message, frozen=True, kw_only=True):

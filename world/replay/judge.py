@@ -18,6 +18,8 @@ SAFE: Final = (
     "no body outside", "room to brake", "passes the wire", "broadcasts are heard",
 )  # fmt: skip
 
+AWAY: Final = -1e4  # m; where no floor is
+
 
 class Open(NamedTuple):
     """What may still be added to a moment: answers come late."""
@@ -52,6 +54,9 @@ class Watch:
             self._world = world
             history.moments = [moment for moment in history.moments if moment.tick < at]
             history.floors = [one for one in history.floors if one[0] <= at] or history.floors[:1]
+        for number in range(len(history.robots), len(world.robots)):  # a place was opened: before, it was nowhere
+            away = Pose(AWAY * (number + 1), AWAY, 0.0)
+            history.moments = [moment._replace(poses=(*moment.poses, away)) for moment in history.moments]
         history.robots = tuple(world.robots)
         history.stops = tuple(map(world.tasks.missions.stops, range(len(world.robots))))
         history.contacts = world.measures.recorder.counts.begun

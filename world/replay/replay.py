@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
-from typing import Any, Final
+from typing import Any
 
 import msgspec
 
@@ -26,8 +26,6 @@ from world.tape.reader import Answered, Row, TapeFile
 from world.tape.rows import ASK, GIVEN, JOIN, RESUME, SENSE, check_of
 from world.tasks.places import Book
 from world.world import World
-
-LOST: Final = 8  # steps of a robot that a killed world may not have put on the tape, at most
 
 
 def _silent(line: str) -> None:
@@ -217,11 +215,11 @@ class Replay(InProcess):
         told = item.heard
         pairs = None if told is None else [(self._name(number), tick - age) for number, age in told]
         sense = senses[name]
-        known = self._first_life.get(tick)
-        if known is not None and name in known:
-            given = self._chosen(name, sense, known[name], item, pairs)
-        else:
-            given = self._given(name, sense, sense.hears if pairs is None else pairs, item.edits)
+        heard = sense.hears if pairs is None else pairs
+        first = self._first_life.get(tick, {}).get(name, sense)
+        if item.again:  # it had answered a world that was killed before that put it on the tape
+            self._given(name, first, heard, item.edits)
+        given = self._given(name, sense, heard, item.edits)
         if given is None:
             self._differ(tick, name, "it has answered a sense that it must drop")
             return
@@ -259,30 +257,6 @@ class Replay(InProcess):
             return []
         found = floor(replace(self.scenario, map=self._floors[edits]), self.world)
         return [msgspec.structs.replace(found, edits=edits)]
-
-    def _chosen(
-        self, name: str, sense: Sense, first: Sense, item: Answered, pairs: list[Pair] | None
-    ) -> GivenAnswer | None:
-        """Return the answer to a tick that was lived twice: the world died after it had sent a sense, and sent another.
-
-        The robot may have answered the first one, or the ones before, without a row on the tape.
-        """
-        before = self._frozen.packed((self.seats[name], self.steps.get(name)))
-        untold = [self._first_life[one][name] for one in sorted(self._first_life) if one <= sense.tick]
-        found: GivenAnswer | None = None
-        for number in range(LOST + 1):
-            lost = untold[len(untold) - number :]
-            if len(lost) < number:
-                break
-            for one in lost:
-                self._given(name, one, pairs if one.tick == sense.tick and pairs is not None else one.hears, None)
-            found = self._given(name, sense, sense.hears if pairs is None else pairs, item.edits)
-            if found is not None and check_of(found.outputs.command) == item.check:
-                return found
-            self.seats[name], step = self._frozen.unpacked(before)
-            if step is not None:
-                self.steps[name] = step
-        return self._given(name, sense, sense.hears if pairs is None else pairs, item.edits)
 
     def _differ(self, tick: int, robot: str, text: str) -> None:
         if self.difference is None:

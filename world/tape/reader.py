@@ -44,6 +44,7 @@ class Answered(NamedTuple):
     lag: int  # ticks since the sense that it answers
     heard: list[tuple[int, int]] | None  # robots and ages [ticks] at that sense; None: what that lists
     edits: int | None  # of the map that it fetched before
+    again: bool  # it had answered that sense before
     check: bytes
 
 
@@ -146,13 +147,13 @@ class TapeFile:
 
         match item:
             case int(robot) if fits(robot):
-                return Answered(robot, 0, None, None, check)
+                return Answered(robot, 0, None, None, False, check)
             case [int(robot), int(lag)] if fits(robot) and lag >= 0:
-                return Answered(robot, lag, None, None, check)
-            case [int(robot), int(lag), list(heard), int() | None as edits] if (
+                return Answered(robot, lag, None, None, False, check)
+            case [int(robot), int(lag), list(heard), int() | None as edits, bool(again)] if (
                 fits(robot) and lag >= 0 and len(heard) % 2 == 0 and all(type(part) is int for part in heard)
             ):
-                return Answered(robot, lag, list(zip(heard[::2], heard[1::2], strict=True)), edits, check)
+                return Answered(robot, lag, list(zip(heard[::2], heard[1::2], strict=True)), edits, again, check)
         if check != check_of_item(item):
             raise self._fault(row, "expected the check of the item, got another")
         match item:

@@ -11,7 +11,8 @@ item                           meaning
 =============================  ==================================================================================
 ``n``                          robot n has answered the sense of this tick, and had heard what that lists
 ``[n, lag]``                   it has answered the sense of ``lag`` ticks ago
-``[n, lag, heard, edits]``     it had heard other broadcasts, ``[robot, age in ticks, ...]``, or fetched a map
+``[n, lag, heard, e, again]``  it had heard other broadcasts, ``[robot, age in ticks, ...]``, had fetched the map with
+                               e edits (nil: none), or says again what it had answered before
 ``["join", n, ours]``          a process without memory has taken robot n's place; ``ours``: of the world's code
 ``["given", n, kind, bytes]``  a message of a robot of other code, or of a body outside, whole
 ``["ask", n, kind, bytes]``    a request that the world has carried out; n is nil if it is to no robot
@@ -42,6 +43,7 @@ from swarm.messages import (
     Places,
     PoolTargets,
     RobotAction,
+    Took,
 )
 from swarm.messages.fields import Count
 
@@ -84,11 +86,11 @@ def sealed(head: Head) -> bytes:
     return PACKER.encode([packed, crc32(packed)])
 
 
-def answer(number: int, lag: int, heard: Sequence[tuple[int, int]] | None, edits: int | None) -> int | list[Any]:
-    """Return the item for an answer; ``heard`` has robots and ages [ticks], None: what the sense lists."""
-    if heard is None:
+def answer(number: int, lag: int, took: Took | None, heard: Sequence[tuple[int, int]]) -> int | list[Any]:
+    """Return the item for an answer; ``heard`` are the robots and ages [ticks] of what it ``took``."""
+    if took is None:
         return [number, lag] if lag else number
-    return [number, lag, [part for pair in heard for part in pair], edits]
+    return [number, lag, [part for pair in heard for part in pair], took.edits, took.again]
 
 
 def is_plain(item: object) -> bool:

@@ -101,8 +101,8 @@ class Tape:
             self.given(number, command)
             return
         took = command.took
-        heard = None if took is None else [(numbers(name), command.tick - one) for name, one in took.heard]
-        self._items.append(answer(number, tick - command.tick, heard, None if took is None else took.edits))
+        heard = [(numbers(name), command.tick - one) for name, one in (took.heard if took is not None else ())]
+        self._items.append(answer(number, tick - command.tick, took, heard))
         self._checks.append(check_of(command))
 
     def given(self, number: int, message: Message) -> None:

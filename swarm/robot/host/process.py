@@ -271,7 +271,7 @@ class RobotHost:
 
     def _say(self, name: str, answer: GivenAnswer) -> None:
         """Send the broadcast, then the rest: a receiver of the command can rely on the broadcast being sent."""
-        outputs, (zx, zy), sure, _ = answer
+        outputs, (zx, zy), sure, *_ = answer
         bus = self._bus
         if outputs.broadcast is not None:
             bus.send(RADIO, outputs.broadcast, sure=sure, zx=zx, zy=zy, robot=name)

@@ -27,6 +27,14 @@ class GivenAnswer(NamedTuple):
     zone: Zone
     sure: bool  # in lockstep the broadcast waits for room in the queue
     pose: Pose  # of the sense
+    took: Took  # what the robot stepped with
+
+    def again(self) -> "GivenAnswer":
+        """Return the answer as it is said again."""
+        took = msgspec.structs.replace(self.took, again=True)
+        return self._replace(
+            outputs=self.outputs._replace(command=msgspec.structs.replace(self.outputs.command, took=took))
+        )
 
     def fits(self, sense: Sense) -> bool:
         """Return True if the robot is where it was when it gave this answer, or nearly so."""
@@ -145,8 +153,10 @@ class Seat:
         given = self._repeats.to(sense)
         if given is None and sense.lockstep and (sense.run, sense.tick) < self._newest:
             later = self._repeats.after(sense)
-            return later and later.standing(sense.tick)
-        return given.standing(sense.tick) if given is not None and not given.fits(sense) else given
+            return later and later.again().standing(sense.tick)
+        if given is None:
+            return None
+        return given.again() if given.fits(sense) else given.again().standing(sense.tick)
 
     def said(self) -> list[GivenAnswer]:
         """Return what was said last in lockstep, oldest first: the router may have lost it."""
@@ -180,8 +190,8 @@ class Seat:
         """Return the answer to the sense; ``fetch`` returns the world's map, for a robot that has missed edits."""
         sense, self.sense = self.sense, None
         assert sense is not None
-        if (again := self._repeats.to(sense)) is not None:
-            return again
+        if (given := self._repeats.to(sense)) is not None:
+            return given.again()
         overdue = sense.lockstep and self._lacks(sense)
         heard = (self.receiver.exactly if sense.lockstep else self.receiver.what_came)(sense.hears, sense.tick)
         fetched = None
@@ -192,16 +202,15 @@ class Seat:
         zone = self.receiver.tune(sense.x, sense.y)
         outputs = self._robot.step(Inputs(sense, heard))
         self._newest = sense.run, sense.tick
-        pairs = [(one.robot, one.tick) for one in heard]
-        if fetched is not None or pairs != sense.hears:
-            took = Took(heard=pairs, edits=fetched)
+        took = Took(heard=[(one.robot, one.tick) for one in heard], edits=fetched)
+        if fetched is not None or took.heard != sense.hears:
             outputs = outputs._replace(command=msgspec.structs.replace(outputs.command, took=took))
         if overdue:
             text = f"went on without a broadcast that did not arrive in {OVERDUE:g} s"
             self._log(f"{self.name}: tick {sense.tick}: {text}")
             notes = [*outputs.command.notes, ("overdue", text)]
             outputs = outputs._replace(command=msgspec.structs.replace(outputs.command, notes=notes))
-        given = GivenAnswer(outputs, zone, sense.lockstep, Pose(sense.x, sense.y, sense.yaw))
+        given = GivenAnswer(outputs, zone, sense.lockstep, Pose(sense.x, sense.y, sense.yaw), took)
         self._repeats.keep(sense, given)
         return given
 

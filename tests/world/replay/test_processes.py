@@ -56,7 +56,7 @@ def kills_the_world(fleet: Fleet, bus: Bus) -> None:
         fleet.await_member("world").kill()
         if tick == 30:
             fleet.await_member("r2").kill()
-        fleet.await_line(f"{'world was ended by signal 9; started again'}")
+        fleet.await_line("world was ended by signal 9; started again")
 
 
 def steers(fleet: Fleet, bus: Bus) -> None:
@@ -70,7 +70,7 @@ def steers(fleet: Fleet, bus: Bus) -> None:
     at(60, bus)
     assert main(["restart"]) == 0
     await_clock(bus, lambda clock: clock.run == 1 and clock.tick >= 20)
-    fleet.member("r1").kill()
+    fleet.member("r3").kill()
 
 
 def adds(fleet: Fleet, bus: Bus) -> None:

@@ -1,0 +1,108 @@
+"""Tapes that are cut, changed, of another make, or no tapes: the last whole row counts, and a sentence says the rest."""
+
+from pathlib import Path
+from typing import Any, Final
+
+import msgpack
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from swarm.errors import ConfigError
+from tests.world.tape.made import made
+from world.replay.replay import replayed
+from world.tape.reader import TapeFile
+from world.tape.rows import FORMAT
+
+LAST: Final = 300  # bytes that are cut one by one
+
+
+@pytest.fixture(scope="module")
+def tape(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the tape of a run of two seconds."""
+    return made(tmp_path_factory.mktemp("tape") / "good.swarm", ticks=40)
+
+
+def count(path: Path) -> tuple[int, int]:
+    """Return the number of whole rows of a tape, and the bytes that are left out."""
+    file = TapeFile(path)
+    return sum(1 for _ in file.rows()), file.left_out
+
+
+def test_the_replay_of_a_tape_is_the_run(tape: Path) -> None:
+    replay = replayed(TapeFile(tape))
+    assert replay.difference is None
+    assert (replay.done, replay.world.tick) == (40, 40)
+
+
+def test_a_tape_that_is_cut_at_any_byte_ends_with_its_last_whole_row(tape: Path, tmp_path: Path) -> None:
+    whole, cut = tape.read_bytes(), tmp_path / "cut.swarm"
+    rows, _ = count(tape)
+    before = rows
+    for size in range(len(whole) - 1, len(whole) - LAST, -1):
+        cut.write_bytes(whole[:size])
+        file = TapeFile(cut)
+        found = sum(1 for _ in file.rows())
+        assert before - 1 <= found <= before
+        assert file.size + file.left_out == size, "what is behind the last whole row is told"
+        before = found
+    assert before < rows
+    assert replayed(TapeFile(cut)).difference is None
+
+
+def test_a_flipped_byte_is_named_or_is_the_first_difference(tape: Path, tmp_path: Path) -> None:
+    whole, other = tape.read_bytes(), tmp_path / "flipped.swarm"
+    start = TapeFile(tape).size
+    for at in range(start, len(whole), max(1, (len(whole) - start) // 40)):
+        flipped = bytearray(whole)
+        flipped[at] ^= 0x15
+        other.write_bytes(flipped)
+        try:
+            replay = replayed(TapeFile(other))
+        except ConfigError as fault:
+            assert "row" in str(fault) or "tick" in str(fault)
+        else:
+            assert replay.difference is not None or replay.file.left_out, at
+
+
+@pytest.mark.parametrize(
+    ("content", "told"),
+    [
+        (b"", "expected the head"),
+        (b"hello", "expected the head"),
+        (b"\xdd\xff\xff\xff\xff", "expected the head"),
+        (msgpack.packb([b"x", 1]), "expected the head"),
+        (b"\x91" * 5000, "expected the head"),
+    ],
+)
+def test_what_is_no_tape_is_refused_in_a_sentence(content: bytes, told: str, tmp_path: Path) -> None:
+    path = tmp_path / "bad.swarm"
+    path.write_bytes(content)
+    with pytest.raises(ConfigError, match=told):
+        TapeFile(path)
+
+
+def test_a_tape_of_another_format_is_refused(tmp_path: Path) -> None:
+    path = made(tmp_path / "other.swarm", ticks=1, format="zenoh-swarm tape 99")
+    with pytest.raises(ConfigError, match=f"expected '{FORMAT}', got 'zenoh-swarm tape 99'"):
+        TapeFile(path)
+
+
+plain = st.recursive(
+    st.none() | st.booleans() | st.integers(-(2**31), 2**32) | st.text(max_size=8) | st.binary(max_size=8),
+    lambda inside: st.lists(inside, max_size=5),
+    max_leaves=12,
+)
+
+
+@given(rows=st.lists(st.tuples(st.lists(plain, max_size=4) | st.none(), st.binary(max_size=10)) | plain, max_size=4))
+def test_random_rows_end_in_a_sentence_or_in_a_replay(
+    rows: list[Any], tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    path = made(tmp_path_factory.getbasetemp() / "random.swarm", ticks=2)
+    with path.open("ab") as file:
+        file.writelines(msgpack.packb(row) for row in rows)
+    try:
+        replayed(TapeFile(path))
+    except ConfigError as fault:
+        assert str(fault).startswith("tape ")
