@@ -79,6 +79,10 @@ class Took(Struct, frozen=True, kw_only=True):
     heard: Annotated[list[tuple[Id, Count]], says("broadcasts (robot, tick) that it heard before this step, in order")]
     edits: Annotated[Count | None, says("of the map that it fetched before this step; null: it fetched none")] = None
     again: Annotated[bool, says("it had answered this tick before: the world was started again, or missed it")] = False
+    before: Annotated[
+        list[tuple[Count, list[tuple[Id, Count]], Count | None]],
+        says("its last steps, whose answers may be lost with a router or a world: tick, `heard` and `edits` of each"),
+    ] = []
 
 
 class Command(Message, frozen=True, kw_only=True):

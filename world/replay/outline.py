@@ -31,7 +31,8 @@ class Outline(NamedTuple):
             for item in row.items:
                 if isinstance(item, Answered):
                     slowest = max(slowest, item.lag)
-                    memory = max(memory, item.lag + max((age for _, age in item.heard or ()), default=0))
+                    for lag, heard, _ in ((item.lag, item.heard or (), None), *item.before):
+                        memory = max(memory, lag + max((age for _, age in heard), default=0))
                 elif item[0] == RESUME:
                     resumed.add(item[1])
                 elif item[0] == GIVEN and isinstance(one := item[2], Broadcast):

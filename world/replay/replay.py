@@ -15,12 +15,12 @@ from swarm.robot.host.radio import Pair
 from swarm.robot.host.seat import KEPT, GivenAnswer, Seat
 from swarm.scenario.load import Scenario
 from world.fleet.publisher import floor
-from world.host.last_messages import LastMessages
+from world.host.last_messages import LastMessages, Sent
 from world.in_process import InProcess
 from world.replay.ear import Ear
 from world.replay.frozen import Frozen
 from world.replay.outline import Outline
-from world.replay.values import Difference, Saved, Stepped, Tick
+from world.replay.values import Difference, Life, Saved, Stepped, Tick
 from world.saving.snapshot_file import pack_state, unpack_state
 from world.tape.reader import Answered, Row, TapeFile
 from world.tape.rows import ASK, GIVEN, JOIN, RESUME, SENSE, check_of
@@ -55,7 +55,10 @@ class Replay(InProcess):
         self._frozen = Frozen((scenario, self.controller))
         self._floors: dict[int, OccupancyMap] = {self.world.bodies.edits: self.world.bodies.floor}
         self._senses: dict[int, Mapping[str, Sense]] = {}
-        self._first_life: dict[int, Mapping[str, Sense]] = {}  # senses of a world that was killed, by tick
+        self._lives: dict[int, Life] = {}  # of worlds that were killed, by number; the oldest first
+        self._life = 0  # number of the present one
+        self._gaps: dict[str, str] = {}  # the last ticks that each robot has not answered, in words
+        self._born: dict[str, int] = {}  # the life of the world in which each robot's process has begun
         self._sensed = False
         self._saved: dict[int, Saved] = {}
         self._rows: Iterator[Row] = self.file.rows()
@@ -135,7 +138,7 @@ class Replay(InProcess):
         self._floors.setdefault(world.bodies.edits, world.bodies.floor)
         oldest = world.tick - self.outline.memory
         self._senses.pop(oldest, None)
-        self._first_life.pop(oldest, None)
+        self._lives = {one: life for one, life in self._lives.items() if max(life.senses, default=0) >= oldest}
         if world.tick % self.outline.memory == 0:
             self.forget(oldest)
         tick, self._tick, self._joined = Tick(senses, self._tick, events, self._joined), [], []
@@ -148,6 +151,7 @@ class Replay(InProcess):
             self.steps.pop(name, None)
             return
         kept = round(KEPT * self.world.settings.rate)
+        self._born[name] = self._life
         self.seats[name] = Seat(self.welcomed(name), Ear(), kept, _silent, self.world.identity)
 
     def _ask(self, number: int | None, message: Any) -> None:  # noqa: ANN401
@@ -169,7 +173,7 @@ class Replay(InProcess):
 
     def _restart(self) -> None:
         old = self.world
-        self._senses, self.broadcasts, self._first_life = {}, {}, {}
+        self._senses, self.broadcasts, self._lives = {}, {}, {}
         self._begin(self._world(self.edited(), old.run + 1, old.bodies.edits, old.tasks.places))
         self._load_foreign()
 
@@ -197,7 +201,8 @@ class Replay(InProcess):
             raise ConfigError(f"tape {self.file.path}: tick {self.world.tick}: nothing was saved at row {row}")
         if not self._sensed:
             self._sense()  # robots may have answered them, and the world died before it wrote a row
-        self._first_life = dict(self._senses)
+        self._lives[self._life] = Life(dict(self._senses), dict(self.broadcasts))
+        self._life += 1
         world = self._world(replace(self.scenario, map=saved.floor), saved.run, saved.edits, saved.places)
         world.restore(unpack_state(saved.state))
         self._begin(world)
@@ -212,32 +217,51 @@ class Replay(InProcess):
                 tick, name, "it has answered, and had joined no run" if seat is None else "it was sent no sense"
             )
             return
-        told = item.heard
-        pairs = None if told is None else [(self._name(number), tick - age) for number, age in told]
+        for lag, heard, edits in item.before:
+            self._earlier(name, self.world.tick - lag, heard, edits)
+        if item.before:
+            seat.doubt()
         sense = senses[name]
-        heard = sense.hears if pairs is None else pairs
-        first = self._first_life.get(tick, {}).get(name, sense)
         if item.again:  # it had answered a world that was killed before that put it on the tape
-            self._given(name, first, heard, item.edits)
-        given = self._given(name, sense, heard, item.edits)
+            self._earlier(name, tick, item.heard or (), item.edits)
+        last = self.steps.get(name)
+        if last is not None and last.sense.run == sense.run and tick - last.sense.tick > 1:
+            ticks = f"ticks {last.sense.tick + 1} to {tick - 1}"
+            self._gaps[name] = f"; what it may have done in {ticks} is not on the tape: those answers did not arrive"
+        pairs = sense.hears if item.heard is None else self._pairs(tick, item.heard)
+        given = self._given(name, sense, pairs, self.broadcasts, item.edits)
         if given is None:
             self._differ(tick, name, "it has answered a sense that it must drop")
             return
         if check_of(given.outputs.command) != item.check:
-            self._differ(tick, name, "its answer is another one")
+            self._differ(tick, name, f"its answer is another one{self._gaps.get(name, '')}")
         self.answers += 1
         outputs = given.outputs
         self.deliver(name, outputs.command, outputs.broadcast)
         self._tick.append((name, outputs.command, self.steps.get(name)))
 
-    def _given(self, name: str, sense: Sense, pairs: Iterable[Pair], edits: int | None) -> GivenAnswer | None:
+    def _earlier(self, name: str, tick: int, heard: Iterable[tuple[int, int]], edits: int | None) -> None:
+        """Let a robot make a step that it has made before, in this or an earlier life of the world, if it lacks it."""
+        present = Life(self._senses, self.broadcasts)
+        for number, life in (*self._lives.items(), (self._life, present)):
+            sense = life.senses.get(tick, {}).get(name)
+            if sense is not None and number >= self._born[name]:
+                self._given(name, sense, self._pairs(tick, heard), life.broadcasts, edits)
+                return
+
+    def _pairs(self, tick: int, heard: Iterable[tuple[int, int]]) -> list[Pair]:
+        return [(self._name(number), tick - age) for number, age in heard]
+
+    def _given(
+        self, name: str, sense: Sense, pairs: Iterable[Pair], said: Mapping[Sent, Broadcast], edits: int | None
+    ) -> GivenAnswer | None:
         """Let a robot answer a sense; return None if it drops that."""
         seat = self.seats[name]
         if (again := seat.repeat(sense)) is not None:
             return again
         heard = []
         for pair in pairs:
-            if (one := self.broadcasts.get((pair[0], pair[1]))) is None:
+            if (one := said.get(pair)) is None:
                 self._differ(sense.tick, name, f"it has heard {pair[0]} of tick {pair[1]}, who said nothing then")
             else:
                 heard.append(one)
@@ -263,9 +287,11 @@ class Replay(InProcess):
             self.difference = Difference(tick, tick * self.world.dt, robot, text)
 
 
-def replayed(path: TapeFile, each: Callable[[Replay, Tick], None] = lambda replay, tick: None) -> Replay:
+def replayed(
+    path: TapeFile, each: Callable[[Replay, Tick], None] = lambda replay, tick: None, outline: Outline | None = None
+) -> Replay:
     """Replay a whole tape; ``each`` is called after every tick."""
-    replay = Replay(path)
+    replay = Replay(path, outline)
     while (tick := replay.step()) is not None:
         each(replay, tick)
     return replay

@@ -6,6 +6,7 @@ from typing import NamedTuple
 from swarm.maps.occupancy import OccupancyMap
 from swarm.messages import Broadcast, Command, Event, Sense
 from swarm.robot.brain import Outputs
+from world.host.last_messages import Sent
 from world.tasks.places import Book
 
 
@@ -33,6 +34,13 @@ class Tick(NamedTuple):
     steps: list[tuple[str, Command, Stepped | None]]  # in the order in which the world took the answers
     events: list[Event]
     joined: list[str]  # robots whose process has begun
+
+
+class Life(NamedTuple):
+    """What the robots of a world had that was killed: they may have stepped with it, and the world wrote no row."""
+
+    senses: Mapping[int, Mapping[str, Sense]]  # by tick
+    broadcasts: Mapping[Sent, Broadcast]
 
 
 class Saved(NamedTuple):

@@ -1,6 +1,7 @@
 """The reader of a tape: the head and the rows of a file, each checked, up to the last whole one if the file is cut."""
 
-from collections.abc import Iterator
+import os
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 from zlib import crc32
@@ -29,12 +30,25 @@ from world.tape.rows import (
     plain_of,
 )
 
-LARGEST: Final = 1 << 25  # bytes of a row
+LARGEST_HEAD: Final = 1 << 24  # bytes; the wire takes half of that for a map
+LARGEST: Final = 1 << 21  # bytes of a later row; opened, bad ones are up to 70 times as large
 MOST_ITEMS: Final = 100_000  # of a row
 MOST_TICKS: Final = 10_000_000
 MARKS: Final = (SENSE, SAVE, RESTART)
 HEAD: Final = msgspec.msgpack.Decoder(Head)
+TOO_LARGE: Final = "one that is too large or too deep"
 OTHERWISE: Final = "give a file that `swarm run` has written"
+
+
+Heard = list[tuple[int, int]]  # robots, and the ages [ticks] of their broadcasts at a sense
+
+
+class Earlier(NamedTuple):
+    """A step of a robot whose answer may be lost."""
+
+    lag: int  # ticks since the sense that it answered
+    heard: Heard
+    edits: int | None  # of the map that it fetched before
 
 
 class Answered(NamedTuple):
@@ -42,9 +56,10 @@ class Answered(NamedTuple):
 
     robot: int
     lag: int  # ticks since the sense that it answers
-    heard: list[tuple[int, int]] | None  # robots and ages [ticks] at that sense; None: what that lists
+    heard: Heard | None  # None: what that sense lists
     edits: int | None  # of the map that it fetched before
     again: bool  # it had answered that sense before
+    before: Sequence[Earlier]  # its last steps, if it says so, oldest first
     check: bytes
 
 
@@ -67,32 +82,35 @@ class TapeFile:
         self.path = path
         self.left_out = 0  # bytes behind the last whole row, once the rows were read
         self.size = 0  # bytes up to there
+        self.ticks = 0  # whole ones that were read
         self.head = self._read_head()
+        self._begin = self.size
 
-    def _values(self) -> Iterator[tuple[Any, int]]:
-        """Yield each MessagePack value and the byte at which it ends."""
+    def _values(self, begin: int, largest: int) -> Iterator[Any]:
+        """Yield each MessagePack value from a byte on."""
         try:
             with self.path.open("rb") as file:
+                file.seek(begin)
                 values = msgpack.Unpacker(
-                    file, max_buffer_size=LARGEST, max_bin_len=LARGEST, max_array_len=MOST_ITEMS, max_str_len=1000,
+                    file, max_buffer_size=largest, max_bin_len=largest, max_array_len=MOST_ITEMS, max_str_len=1000,
                     max_map_len=0, max_ext_len=0, read_size=1 << 16,
                 )  # fmt: skip
                 for value in values:
-                    self.size = values.tell()
-                    yield value, self.size
-            self.left_out = self.path.stat().st_size - self.size
+                    self.size = begin + values.tell()
+                    yield value
+                self.left_out = os.fstat(file.fileno()).st_size - self.size
         except OSError as fault:
             raise ConfigError(f"{self.path}: expected a tape, got {fault.strerror}; {OTHERWISE}") from None
 
     def _fault(self, row: int, text: str) -> ConfigError:
-        where = f"row {row}" if row else "the head"
+        where = f"row {row}, tick {self.ticks}" if row else "the head"
         return ConfigError(f"tape {self.path}: {where}: {text}; the file was changed, or {OTHERWISE}")
 
     def _read_head(self) -> Head:
         try:
-            first, _ = next(self._values(), (None, 0))
+            first = next(self._values(0, LARGEST_HEAD), None)
         except (ValueError, msgpack.UnpackException, RecursionError) as fault:
-            raise self._fault(0, f"expected the head of a tape, got {fault or type(fault).__name__}") from None
+            raise self._fault(0, f"expected the head of a tape, got {str(fault) or TOO_LARGE}") from None
         match first:
             case [bytes(packed), int(check)] if crc32(packed) == check:
                 pass
@@ -113,17 +131,16 @@ class TapeFile:
             ConfigError: a row is none.
         """
         plain: list[Any] = []
-        ticks = number = 0
-        values = self._values()
-        next(values)
+        self.ticks = number = 0
+        values = self._values(self._begin, LARGEST)
         while True:
             number += 1
             try:
-                value, _ = next(values)
+                value = next(values)
             except StopIteration:
                 return
             except (ValueError, msgpack.UnpackException, RecursionError) as fault:
-                raise self._fault(number, f"expected a row, got {fault or type(fault).__name__}") from None
+                raise self._fault(number, f"expected a row, got {str(fault) or TOO_LARGE}") from None
             match value:
                 case [None | list() as items, bytes(checks), *rest] if rest in ([], [0]):
                     items = plain if items is None else items
@@ -133,10 +150,10 @@ class TapeFile:
                 raise self._fault(number, f"expected {CHECK * len(items)} bytes of checks, got {len(checks)}")
             pieces = [checks[at : at + CHECK] for at in range(0, len(checks), CHECK)]
             plain = plain_of([item for item in items if is_plain(item)])
-            ticks += not rest
-            if ticks > MOST_TICKS:
-                raise self._fault(number, f"expected at most {MOST_TICKS} ticks")
             found = [self._item(number, item, check) for item, check in zip(items, pieces, strict=True)]
+            self.ticks += not rest
+            if self.ticks > MOST_TICKS:
+                raise self._fault(number, f"expected at most {MOST_TICKS} ticks")
             yield Row(number, found, not rest)
 
     def _item(self, row: int, item: Any, check: bytes) -> Any:  # noqa: ANN401
@@ -147,13 +164,14 @@ class TapeFile:
 
         match item:
             case int(robot) if fits(robot):
-                return Answered(robot, 0, None, None, False, check)
+                return Answered(robot, 0, None, None, False, (), check)
             case [int(robot), int(lag)] if fits(robot) and lag >= 0:
-                return Answered(robot, lag, None, None, False, check)
-            case [int(robot), int(lag), list(heard), int() | None as edits, bool(again)] if (
-                fits(robot) and lag >= 0 and len(heard) % 2 == 0 and all(type(part) is int for part in heard)
-            ):
-                return Answered(robot, lag, list(zip(heard[::2], heard[1::2], strict=True)), edits, again, check)
+                return Answered(robot, lag, None, None, False, (), check)
+            case [int(robot), lag, heard, edits, bool(again), *rest] if fits(robot):
+                first = _earlier([lag, heard, edits])
+                before = [_earlier(one) for one in rest[0]] if len(rest) == 1 and isinstance(rest[0], list) else []
+                if first is not None and None not in before and len(rest) == bool(before):
+                    return Answered(robot, *first, again, [one for one in before if one is not None], check)
         if check != check_of_item(item):
             raise self._fault(row, "expected the check of the item, got another")
         match item:
@@ -174,6 +192,15 @@ class TapeFile:
             return decode(packed, kind, LARGEST)
         except PeerError as fault:
             raise self._fault(row, str(fault)) from None
+
+
+def _earlier(item: object) -> Earlier | None:
+    """Return a step in an item, None if it is none."""
+    match item:
+        case [int(lag), list(heard), int() | None as edits] if lag >= 0 and len(heard) % 2 == 0:
+            if all(type(part) is int for part in heard):
+                return Earlier(lag, list(zip(heard[::2], heard[1::2], strict=True)), edits)
+    return None
 
 
 def whole_rows(path: Path) -> tuple[int, int, set[int]]:

@@ -13,6 +13,7 @@ item                           meaning
 ``[n, lag]``                   it has answered the sense of ``lag`` ticks ago
 ``[n, lag, heard, e, again]``  it had heard other broadcasts, ``[robot, age in ticks, ...]``, had fetched the map with
                                e edits (nil: none), or says again what it had answered before
+``[n, ..., again, before]``    its last steps too, whose answers may be lost: ``[lag, heard, e]`` of each
 ``["join", n, ours]``          a process without memory has taken robot n's place; ``ours``: of the world's code
 ``["given", n, kind, bytes]``  a message of a robot of other code, or of a body outside, whole
 ``["ask", n, kind, bytes]``    a request that the world has carried out; n is nil if it is to no robot
@@ -23,7 +24,7 @@ item                           meaning
 =============================  ==================================================================================
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Annotated, Any, Final
 from zlib import crc32
 
@@ -43,7 +44,6 @@ from swarm.messages import (
     Places,
     PoolTargets,
     RobotAction,
-    Took,
 )
 from swarm.messages.fields import Count
 
@@ -86,11 +86,18 @@ def sealed(head: Head) -> bytes:
     return PACKER.encode([packed, crc32(packed)])
 
 
-def answer(number: int, lag: int, took: Took | None, heard: Sequence[tuple[int, int]]) -> int | list[Any]:
-    """Return the item for an answer; ``heard`` are the robots and ages [ticks] of what it ``took``."""
+def answer(number: int, command: Command, now: int, numbers: Callable[[str], int]) -> int | list[Any]:
+    """Return the item for an answer that came at a tick of the world; ``numbers`` has the number of each robot."""
+    lag, took = now - command.tick, command.took
     if took is None:
         return [number, lag] if lag else number
-    return [number, lag, [part for pair in heard for part in pair], took.edits, took.again]
+
+    def flat(tick: int, heard: Sequence[tuple[str, int]]) -> list[int]:
+        return [part for name, one in heard for part in (numbers(name), tick - one)]
+
+    item = [number, lag, flat(command.tick, took.heard), took.edits, took.again]
+    before = [[now - tick, flat(tick, heard), edits] for tick, heard, edits in took.before]
+    return [*item, before] if before else item
 
 
 def is_plain(item: object) -> bool:

@@ -92,6 +92,7 @@ class Tape:
         """Note that a process without memory has taken a robot's place; ``ours``: it has the code of this world."""
         (self.foreign.discard if ours else self.foreign.add)(number)
         self._note([JOIN, number, ours])
+        self._flush(whole=False)  # if this world is killed now, the robot goes on as one that has joined it
 
     def answered(self, number: int, command: Command, tick: int, numbers: Callable[[str], int]) -> None:
         """Note a command that was taken in at a tick of the world; ``numbers`` has the number of each robot."""
@@ -100,9 +101,7 @@ class Tape:
         if number in self.foreign:
             self.given(number, command)
             return
-        took = command.took
-        heard = [(numbers(name), command.tick - one) for name, one in (took.heard if took is not None else ())]
-        self._items.append(answer(number, tick - command.tick, took, heard))
+        self._items.append(answer(number, command, tick, numbers))
         self._checks.append(check_of(command))
 
     def given(self, number: int, message: Message) -> None:

@@ -33,13 +33,15 @@ class Progress:
 def replay(options: argparse.Namespace) -> int:
     """Replay a tape; return 0 if every answer is the same and no law is broken, else 1."""
     from swarm.compiled import announce
-
-    announce()
-    from world.replay.judge import Watch
-    from world.replay.replay import replayed
+    from world.replay.outline import Outline
     from world.tape.reader import TapeFile
 
     file = TapeFile(options.file)
+    outline = Outline.of(file)  # what is no tape is refused before much is loaded
+    announce()
+    from world.replay.judge import Watch
+    from world.replay.replay import replayed
+
     progress, watch = Progress(), Watch() if options.laws else None
 
     def each(one: "Replay", tick: "Tick") -> None:
@@ -47,7 +49,7 @@ def replay(options: argparse.Namespace) -> int:
         if watch is not None:
             watch.take(one, tick)
 
-    found = replayed(file, each)
+    found = replayed(file, each, outline)
     for line in told(found):
         print(line)
     broken = watch.judged() if watch is not None else []

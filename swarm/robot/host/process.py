@@ -172,6 +172,7 @@ class RobotHost:
             case Link(up=up):
                 for seat in self._inbox.seats.values():
                     seat.wait_again()
+                    seat.doubt()
                 self._echoes = [now + pause for pause in ECHOES] if up else []
             case _:
                 if (again := self._inbox.sort(arrived)) is not None:
@@ -224,6 +225,7 @@ class RobotHost:
             place.welcomed(welcome.session)
             self._log(self._ending.joined(welcome))
             self._inbox.seats[welcome.robot].speaker = welcome.sender
+            self._inbox.seats[welcome.robot].doubt()
             bus.announce("robot", welcome.robot)
 
     def _sit_down(self, place: Place, welcome: Welcome) -> None:

@@ -29,6 +29,11 @@ class GivenAnswer(NamedTuple):
     pose: Pose  # of the sense
     took: Took  # what the robot stepped with
 
+    @property
+    def step(self) -> tuple[int, list[Pair], int | None]:
+        """The tick, the broadcasts that were heard, and the number of edits of the map that was fetched."""
+        return self.outputs.command.tick, self.took.heard, self.took.edits
+
     def again(self) -> "GivenAnswer":
         """Return the answer as it is said again."""
         took = msgspec.structs.replace(self.took, again=True)
@@ -115,6 +120,7 @@ class Seat:
         self._newest = (-1, -1)  # run and tick of the newest sense that the robot has stepped with
         self._until: float | None = None  # s; lockstep waits for missing broadcasts until then
         self._named: set[str] = set()
+        self._doubts = False
 
     def obeys(self, sender: int | None) -> bool:
         """Return True if a sense comes from the world that welcomed this robot, as far as one can tell; log if not."""
@@ -166,6 +172,10 @@ class Seat:
         """Wait for missing broadcasts from now on: the router was away."""
         self._until = None
 
+    def doubt(self) -> None:
+        """Take in that the last answers may be lost: the next one tells what the robot stepped with for them."""
+        self._doubts = True
+
     def _lacks(self, sense: Sense) -> bool:
         """Return True if a broadcast is missing that the robot can have received.
 
@@ -203,8 +213,12 @@ class Seat:
         outputs = self._robot.step(Inputs(sense, heard))
         self._newest = sense.run, sense.tick
         took = Took(heard=[(one.robot, one.tick) for one in heard], edits=fetched)
-        if fetched is not None or took.heard != sense.hears:
-            outputs = outputs._replace(command=msgspec.structs.replace(outputs.command, took=took))
+        last = self._repeats.last() if self._doubts else []
+        before = [one.step for one in last if one.outputs.command.run == sense.run]
+        self._doubts = False
+        if fetched is not None or took.heard != sense.hears or before:
+            says = msgspec.structs.replace(took, before=before)
+            outputs = outputs._replace(command=msgspec.structs.replace(outputs.command, took=says))
         if overdue:
             text = f"went on without a broadcast that did not arrive in {OVERDUE:g} s"
             self._log(f"{self.name}: tick {sense.tick}: {text}")

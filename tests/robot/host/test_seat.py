@@ -172,6 +172,18 @@ def test_a_sense_that_comes_again_gets_the_same_answer_and_no_second_step() -> N
     assert one.said == []
 
 
+def test_after_a_doubt_the_next_answer_tells_what_the_last_steps_were_made_with() -> None:
+    one = Chair(kept=10)
+    one.radio.take(broadcast("r3", 6))
+    earlier = [one.answer(later(LIVE, tick, hears=[("r3", 6)] * (tick == 4))) for tick in range(5)]
+    one.seat.doubt()
+    took = one.answer(later(LIVE, 5)).outputs.command.took
+    assert took is not None
+    assert took.before == [given.step for given in earlier[-SAID_AGAIN:]]
+    assert took.before[-1] == (LIVE.tick + 4, [("r3", 6)], None)
+    assert one.answer(later(LIVE, 6)).outputs.command.took is None, "it is told once"
+
+
 def resumed() -> Chair:
     """Make a robot that answered ticks 7, 9 and 10 in real time; it left out 8."""
     one = Chair(kept=10)

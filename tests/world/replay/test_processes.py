@@ -59,6 +59,14 @@ def kills_the_world(fleet: Fleet, bus: Bus) -> None:
         fleet.await_line("world was ended by signal 9; started again")
 
 
+def kills_the_router(fleet: Fleet, bus: Bus) -> None:
+    """Kill the router twice: what is on its way is lost."""
+    for tick in (30, 90):
+        at(tick, bus)
+        fleet.await_member("router").kill()
+        fleet.await_line("router was ended by signal 9; started again")
+
+
 def steers(fleet: Fleet, bus: Bus) -> None:
     """Edit the floor, give an order and an action, pause, and restart."""
     at(20, bus)
@@ -94,10 +102,12 @@ class Case(NamedTuple):
 CASES: Final = {
     "loss, stalls, kills": Case(HARD, ("--limit", "8"), stalls_and_kills),
     "killed world": Case(HARD, ("--limit", "8"), kills_the_world),
+    "killed router": Case(HARD, ("--limit", "8"), kills_the_router),
     "edit, order, pause, restart": Case(HARD, ("--limit", "6"), steers),
     "late answers": Case(SMALL, ("--limit", "20", "--delay", "55")),
     "slow network": Case(HARD, ("--limit", "20", "--delay", "120,60"), stalls_and_kills),
     "lockstep": Case(HARD, ("--pace", "max", "--limit", "60"), stalls_and_kills),
+    "lockstep, killed router": Case(HARD, ("--pace", "max", "--limit", "60"), kills_the_router),
     "lockstep, killed world": Case(HARD, ("--pace", "max", "--limit", "60"), kills_the_world),
     "movers with noise": Case(ROOT / "scenarios" / "movers.yaml", ("--limit", "20"), stalls_and_kills),
     "unknown floor": Case(UNKNOWN, ("--limit", "20"), stalls_and_kills),
@@ -107,7 +117,7 @@ CASES: Final = {
     "many": Case(ROOT / "scenarios" / "doorway.yaml", ("--limit", "20"), stalls_and_kills, 8),
     "paper": Case(PAPER, ("--limit", "40"), stalls_and_kills, 4),
 }
-QUICK: Final = tuple(CASES)[:3]
+QUICK: Final = ("loss, stalls, kills", "killed world", "edit, order, pause, restart")
 
 
 @pytest.mark.parametrize("name", mostly_long("a run of many seconds", CASES, *QUICK))

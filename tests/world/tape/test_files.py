@@ -1,5 +1,6 @@
 """Tapes that are cut, changed, of another make, or no tapes: the last whole row counts, and a sentence says the rest."""
 
+import re
 from pathlib import Path
 from typing import Any, Final
 
@@ -14,13 +15,13 @@ from world.replay.replay import replayed
 from world.tape.reader import TapeFile
 from world.tape.rows import FORMAT
 
-LAST: Final = 300  # bytes that are cut one by one
+LAST: Final = 1024  # bytes that are cut one by one
 
 
 @pytest.fixture(scope="module")
 def tape(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return the tape of a run of two seconds."""
-    return made(tmp_path_factory.mktemp("tape") / "good.swarm", ticks=40)
+    """Return the tape of a run of eight seconds."""
+    return made(tmp_path_factory.mktemp("tape") / "good.swarm", ticks=160)
 
 
 def count(path: Path) -> tuple[int, int]:
@@ -40,10 +41,33 @@ def said(path: Path) -> str:
     return f"cut: {replay.file.left_out} bytes" if replay.file.left_out else ""
 
 
+def found_at(path: Path) -> int | None:
+    """Return the tick at which the replay of a tape ends early or differs."""
+    try:
+        replay = replayed(TapeFile(path))
+    except ConfigError as fault:
+        return int(re.findall(r"tick (\d+):", str(fault))[0])
+    if replay.difference is not None:
+        return replay.difference.tick
+    return replay.done if replay.file.left_out else None
+
+
 def test_the_replay_of_a_tape_is_the_run(tape: Path) -> None:
     replay = replayed(TapeFile(tape))
     assert replay.difference is None
-    assert (replay.done, replay.world.tick) == (40, 40)
+    assert (replay.done, replay.world.tick) == (160, 160)
+
+
+LOST: Final = {("r1", 30), ("r1", 31), ("r2", 30), ("r2", 31)}
+
+
+def test_a_step_whose_answer_is_lost_is_on_the_tape_if_the_robot_tells_of_it(tmp_path: Path) -> None:
+    assert said(made(tmp_path / "lost.swarm", ticks=40, lost=LOST)) == ""
+
+
+def test_a_step_that_is_not_on_the_tape_is_named_by_the_first_difference(tmp_path: Path) -> None:
+    text = "its answer is another one; what it may have done in ticks 30 to 31 is not on the tape: "
+    assert text in said(made(tmp_path / "lost.swarm", ticks=40, lost=LOST, told=False))
 
 
 def test_a_tape_that_is_cut_at_any_byte_ends_with_its_last_whole_row(tape: Path, tmp_path: Path) -> None:
@@ -61,14 +85,16 @@ def test_a_tape_that_is_cut_at_any_byte_ends_with_its_last_whole_row(tape: Path,
     assert replayed(TapeFile(cut)).difference is None
 
 
-def test_a_flipped_byte_is_named_or_is_the_first_difference(tape: Path, tmp_path: Path) -> None:
-    whole, other = tape.read_bytes(), tmp_path / "flipped.swarm"
-    start = TapeFile(tape).size
-    for at in range(start, len(whole), max(1, (len(whole) - start) // 40)):
-        flipped = bytearray(whole)
-        flipped[at] ^= 0x15
-        other.write_bytes(flipped)
-        assert said(other), at
+def test_a_flipped_byte_is_found_at_its_tick(tape: Path, tmp_path: Path) -> None:
+    whole, other, file = tape.read_bytes(), tmp_path / "flipped.swarm", TapeFile(tape)
+    begin, tick = file.size, 0
+    for row in file.rows():
+        for at in range(begin, file.size, 11):  # a replay takes long
+            flipped = bytearray(whole)
+            flipped[at] ^= 1 << at % 8
+            other.write_bytes(flipped)
+            assert found_at(other) in {tick, tick + (not row.whole)}, f"byte {at} of row {row.number}"
+        begin, tick = file.size, tick + row.whole
 
 
 @pytest.mark.parametrize(
