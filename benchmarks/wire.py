@@ -58,17 +58,23 @@ START: Final = 120.0  # s for all robots to be there
 START_AREA: Final = [0.8, 0.8, 19.0, 12.0]  # m, nearly the whole floor: it takes many robots
 
 
+def patrol(folder: Path, robots: int) -> Path:
+    """Write a depot in which robots drive for ever, and return its file."""
+    scenario = folder / "depot.yaml"
+    raw = msgspec.yaml.decode(DEPOT.read_bytes()) | {"patrol": True, "robots": robots}
+    raw["start"]["area"] = START_AREA
+    raw["map"]["file"] = "depot.map"
+    (folder / "depot.map").write_bytes((DEPOT.parent / "maps" / "depot.map").read_bytes())
+    scenario.write_bytes(msgspec.yaml.encode(raw))
+    return scenario
+
+
 @contextmanager
 def fleet(robots: int) -> Iterator[Endpoint]:
     """Run a fleet in real time inside the block; it waits for `go`."""
     endpoint = Endpoint("127.0.0.1", 0).claim()
     with tempfile.TemporaryDirectory() as folder:
-        scenario = Path(folder) / "depot.yaml"
-        raw = msgspec.yaml.decode(DEPOT.read_bytes()) | {"patrol": True, "robots": robots}
-        raw["start"]["area"] = START_AREA
-        raw["map"]["file"] = "depot.map"
-        (Path(folder) / "depot.map").write_bytes((DEPOT.parent / "maps" / "depot.map").read_bytes())
-        scenario.write_bytes(msgspec.yaml.encode(raw))
+        scenario = patrol(Path(folder), robots)
         command = [
             sys.executable, "-m", "swarm.cli", "run", str(scenario), "--robots", str(robots), "--dashboard", "off",
             "--fleet", FLEET, "--port", str(endpoint.port), "--wait", "--report", str(Path(folder) / "r.json"),

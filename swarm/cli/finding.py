@@ -38,6 +38,14 @@ def place(options: argparse.Namespace, member: str) -> FleetPlace:
     return FleetPlace(router, chosen(options.fleet, fleets(router), f"on {router}"))
 
 
+def tape(options: argparse.Namespace, fleet: str) -> str | None:
+    """Return the file of a fleet's tape if this user has started it on this machine, else None: nobody knows it."""
+    from swarm.launch.running import cards
+
+    known = {card.fleet: card.tape for card in cards()} if options.connect is None else {}
+    return known.get(fleet)
+
+
 def fleet_bus(options: argparse.Namespace, member: str) -> "Bus":
     """Return a member's bus of the fleet that the options mean.
 

@@ -117,7 +117,7 @@ def told_of_recordings(record: Path | None, dashboards: int, since: int) -> list
 
 def told_of_tape(tape: Path) -> list[str]:
     """Return a line about the tape of a run."""
-    return [f"tape: {tape}  (open it with: swarm replay {tape})"] if tape.is_file() else []
+    return [f"tape: {tape}  (run it again with: swarm replay {tape})"] if tape.is_file() else []
 
 
 def _recorded(record: Path, dashboards: int, since: int) -> Iterator[Path]:

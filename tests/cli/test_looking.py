@@ -104,6 +104,16 @@ def test_the_address_of_the_box_is_in_the_list_of_fleets(waiting: Fleet, capsys:
     assert "token" not in said(capsys, "ls")
 
 
+def test_the_status_says_where_the_tape_is(waiting: Fleet, capsys: Capture, runtime: Path) -> None:
+    (row,) = json.loads(said(capsys, "ls", "--json"))
+    assert Path(row["tape"]).is_relative_to(runtime)
+    assert (
+        said(capsys, "status").splitlines()[-1]
+        == f"tape: {row['tape']}  (run it again with: swarm replay {row['tape']})"
+    )
+    assert "tape" not in said(capsys, "status", "--connect", str(waiting.endpoint)), "it may be on another machine"
+
+
 def test_one_robot_is_told_of_whole(waiting: Fleet, capsys: Capture) -> None:
     lines = said(capsys, "status", "r1").splitlines()
     assert "has        order morning update 0, number 1" in lines

@@ -8,7 +8,7 @@ import pytest
 
 from dashboard.frames import FOOTER
 from dashboard.terminal import ROWS
-from swarm.launch.summary import closing_lines, summary_of, told_of_recordings
+from swarm.launch.summary import closing_lines, summary_of, told_of_recordings, told_of_tape
 from swarm.scenario.load import Scenario
 from world.simulate import Simulation
 
@@ -42,6 +42,13 @@ def test_what_went_wrong_comes_first_and_recordings_last() -> None:
         "  lost: r2, r3 stayed away, or crashed too often to be started again",
         "  recorded: run.rrd",
     ]
+
+
+def test_the_tape_of_a_run_is_said_with_what_to_do_with_it(tmp_path: Path) -> None:
+    tape = tmp_path / "small.swarm"
+    assert told_of_tape(tape) == [], "its disk was full"
+    tape.touch()
+    assert told_of_tape(tape) == [f"tape: {tape}  (run it again with: swarm replay {tape})"]
 
 
 @pytest.mark.parametrize(

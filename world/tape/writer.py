@@ -1,5 +1,6 @@
 """The writer of a tape: the world appends a row a tick, whatever becomes of it later."""
 
+import fcntl
 import os
 from collections.abc import Callable
 from importlib.metadata import version
@@ -51,7 +52,7 @@ class Tape:
 
     def begin(self, **head: Any) -> None:  # noqa: ANN401
         """Begin a tape in a new file; the arguments are fields of its ``Head``."""
-        if self._path is not None and self._open(os.O_TRUNC):
+        if self._path is not None and self._open(0):
             made_by: dict[str, Any] = {"format": FORMAT, "version": version("zenoh-swarm"), "code": fingerprint()}
             self._write(sealed(Head(**made_by, **head)))
 
@@ -64,19 +65,26 @@ class Tape:
         except ConfigError as fault:
             self._log(f"{fault}; this run has no tape any more")
             return
-        if self._open(0):
-            os.truncate(self._path, size)
+        if self._open(size):
             self._note([RESUME, row])
             self._flush(whole=False)
 
-    def _open(self, how: int) -> bool:
+    def _open(self, size: int) -> bool:
+        """Open the file, cut to some bytes; return False if it cannot be written, or another world writes it."""
         assert self._path is not None
         try:
-            flags = os.O_WRONLY | os.O_APPEND | os.O_CREAT | os.O_CLOEXEC | how
-            self._file = os.open(self._path, flags, 0o600)
+            file = os.open(self._path, os.O_WRONLY | os.O_APPEND | os.O_CREAT | os.O_CLOEXEC, 0o600)
+            try:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                os.ftruncate(file, size)
+            except OSError:
+                os.close(file)
+                raise
         except OSError as fault:
-            self._log(f"tape {self._path}: cannot be written ({fault.strerror}); this run has no tape")
+            why = "another world writes it" if isinstance(fault, BlockingIOError) else fault.strerror
+            self._log(f"tape {self._path}: cannot be written ({why}); this run has no tape")
             return False
+        self._file = file
         return True
 
     # --- what happens in a tick ---

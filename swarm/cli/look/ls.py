@@ -18,12 +18,15 @@ def ls(options: argparse.Namespace) -> int:
 
     if options.connect is None:
         found = [card for card in cards() if options.fleet in {None, card.fleet}]
-        rows = [asked(options, card.endpoint, card.fleet) | {"pid": card.pid, "box": card.box} for card in found]
+        rows = [
+            asked(options, card.endpoint, card.fleet) | {"pid": card.pid, "box": card.box, "tape": card.tape}
+            for card in found
+        ]
         where = "on this machine"
     else:
         router = endpoint(options.connect, options.secure, WATCHER)
         names = [name for name in fleets(router) if options.fleet in {None, name}]
-        rows = [asked(options, str(router), name) | {"pid": None, "box": None} for name in names]
+        rows = [asked(options, str(router), name) | {"pid": None, "box": None, "tape": None} for name in names]
         where = f"on {router}"
     if options.json:
         print(json.dumps(rows, indent=1))
@@ -75,7 +78,9 @@ def add(commands: "Commands[Parser]") -> None:
     )
     one = commands.add_parser("ls", help=text, description=more)
     one.add_argument(
-        "--json", action="store_true", help="a list, with the address of each fleet's box, which is secret"
+        "--json",
+        action="store_true",
+        help="a list, with each fleet's tape, and the address of its box, which is secret",
     )
     of_a_client(one)
     one.set_defaults(command=ls)

@@ -7,7 +7,7 @@ from typing import Any, Final
 import msgspec
 
 from swarm.cli.columns import aligned
-from swarm.cli.finding import fleet_bus, of_a_client
+from swarm.cli.finding import of_a_client, place, tape
 from swarm.cli.parsing import Commands, Parser
 from swarm.errors import ConfigError, nearest
 from swarm.messages import Event, Liveness, RobotStatus, Status
@@ -21,9 +21,11 @@ EVENTS: Final = 10  # last ones of one robot
 
 def status(options: argparse.Namespace) -> int:
     """Print the status of a running fleet: the phase, and where each robot is and what it does; or of one robot."""
+    from swarm.bus import Bus
     from swarm.messages import STATUS
 
-    with fleet_bus(options, WATCHER) as bus:
+    here = place(options, WATCHER)
+    with Bus(*here) as bus:
         found = bus.fetch(STATUS)
     if not found:
         raise ConfigError(
@@ -35,6 +37,8 @@ def status(options: argparse.Namespace) -> int:
         print(msgspec.json.encode(whole if name is None else one_of(whole, name)).decode())
     else:
         print(shown(whole) if name is None else described(whole, name))
+        if name is None and (file := tape(options, here.fleet)) is not None:
+            print(f"tape: {file}  (run it again with: swarm replay {file})")
     return 0
 
 

@@ -108,7 +108,8 @@ def world(options: argparse.Namespace) -> int:
             f"--resume {options.resume}: expected a snapshot, found none; begin a run with --snapshot FILE"
         )
     fleet = options.fleet or named(scenario.settings.name)
-    print(f"fleet {fleet}", flush=True)
+    tape = options.record or tape_of(fleet)
+    print(f"fleet {fleet}\ntape {tape}", flush=True)
     return run_world(
         endpoint(options.connect, options.secure, WORLD),
         fleet,
@@ -121,7 +122,7 @@ def world(options: argparse.Namespace) -> int:
         report_to=options.report,
         snapshot=options.resume or options.snapshot,
         outside=options.body,
-        tape=options.record or tape_of(fleet),
+        tape=tape,
     )
 
 

@@ -136,6 +136,16 @@ def test_a_run_is_replayed(name: str, tmp_runtime: Path) -> None:
     assert_replayed(tape, report)
 
 
+def test_the_tape_of_the_last_run_stays(small: Path, tmp_runtime: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with Fleet(small, "--pace", "max", "--limit", "3", runtime=tmp_runtime) as fleet:
+        assert fleet.end() == 1
+        tape = Path(fleet.await_line("tape: ").split()[1])
+        report = fleet.report()
+    assert_replayed(tape, report)
+    assert main(["replay", str(tape), "--laws"]) == 0
+    assert capsys.readouterr().out.endswith("laws kept\n")
+
+
 @pytest.mark.long("a run of many seconds")
 def test_a_body_outside_is_replayed(tmp_runtime: Path) -> None:
     file, tape = tmp_runtime / "small.yaml", tmp_runtime / "run.swarm"

@@ -14,6 +14,7 @@ from tests.world.tape.made import made
 from world.replay.replay import replayed
 from world.tape.reader import TapeFile
 from world.tape.rows import FORMAT
+from world.tape.writer import Tape
 
 LAST: Final = 1024  # bytes that are cut one by one
 
@@ -56,6 +57,16 @@ def test_the_replay_of_a_tape_is_the_run(tape: Path) -> None:
     replay = replayed(TapeFile(tape))
     assert replay.difference is None
     assert (replay.done, replay.world.tick) == (160, 160)
+
+
+def test_two_worlds_do_not_write_one_tape(tmp_path: Path) -> None:
+    told, tape = list[str](), made(tmp_path / "one.swarm", ticks=1)
+    first, second = Tape(tape, told.append), Tape(tape, told.append)
+    first.go_on(0)
+    second.go_on(0)
+    assert (first.on, second.on) == (True, False)
+    assert told == [f"tape {tape}: cannot be written (another world writes it); this run has no tape"]
+    first.close()
 
 
 LOST: Final = {("r1", 30), ("r1", 31), ("r2", 30), ("r2", 31)}

@@ -1,0 +1,103 @@
+"""The tape of a run: ``python -m benchmarks.tape [--robots 4 8 16 64] [--seconds 60] [--ticks 2000]``.
+
+The first table is of real fleets that patrol a depot in real time: the size of their tapes, with the bar of 5 kB for a
+robot-minute, and how fast `swarm replay` runs them again, with the bar of 10 times real time for 8 robots. The second
+is the world's cost of writing for 16 robots whose commands were made before: the bars are 0.2 % of a core, and 1 ms in
+the longest tick.
+"""
+
+import argparse
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from statistics import fmean
+from time import perf_counter
+from typing import Final
+
+from benchmarks.measure import load, machine, printed
+from benchmarks.wire import ROOT, patrol
+from swarm.scenario.load import load as loaded
+from world.fleet.publisher import floor
+from world.replay.replay import replayed
+from world.simulate import Simulation
+from world.tape.reader import TapeFile
+from world.tape.writer import Tape
+
+SIZE: Final = 5.0  # kB for a robot-minute
+SHARE: Final = 0.2  # % of a core
+LONGEST: Final = 1.0  # ms
+WRITING: Final = 16  # robots whose answers are written
+SHARING: Final = 8  # robots of a process in fleets larger than `ALONE`
+ALONE: Final = 16
+
+
+def recorded(robots: int, seconds: float) -> list[str]:
+    """Run a fleet, and return the cells of its tape."""
+    with tempfile.TemporaryDirectory() as folder:
+        tape = Path(folder) / "run.swarm"
+        command = [
+            sys.executable, "-m", "swarm.cli", "run", str(patrol(Path(folder), robots)), "--robots", str(robots),
+            "--dashboard", "off", "--limit", str(seconds), "--record", str(tape),
+            "--robots-per-process", str(1 if robots <= ALONE else SHARING),
+        ]  # fmt: skip
+        subprocess.run(
+            command, cwd=ROOT, stdout=subprocess.DEVNULL, env=os.environ | {"XDG_RUNTIME_DIR": folder}, check=False
+        )
+        head, whole = TapeFile(tape).size, tape.stat().st_size
+        began = perf_counter()
+        replay = replayed(TapeFile(tape))
+        speed = replay.world.time / (perf_counter() - began)
+    size = (whole - head) / 1000 / (robots * replay.world.time / 60)
+    same = "all" if replay.difference is None else f"to {replay.difference.time:.2f} s"
+    return [f"{head / 1000:.1f}", f"{size:.2f}", f"{replay.answers}", same, f"{speed:.1f}"]
+
+
+def written(ticks: int) -> list[str]:
+    """Write the tape of a simulation, and return the cells of what it costs."""
+    with tempfile.TemporaryDirectory() as folder:
+        simulation = Simulation.of(loaded(patrol(Path(folder), WRITING)), WRITING, 1)
+        world, path = simulation.world, Path(folder) / "run.swarm"
+        tape, seconds = Tape(path, print), list[float]()
+        tape.begin(
+            seed=1, pace="1.0", limit=ticks * world.dt, identity=world.identity, run=0, outside=[],
+            map=floor(simulation.scenario, world),
+        )  # fmt: skip
+        head = path.stat().st_size
+        for _ in range(ticks):
+            commands = simulation.step().commands
+            began = perf_counter()
+            tape.sensed()
+            for name, command in commands.items():
+                tape.answered(world.number(name), command, command.tick, world.number)
+            tape.step()
+            seconds.append(perf_counter() - began)
+        tape.close()
+        size = (path.stat().st_size - head) / 1000 / (WRITING * ticks * world.dt / 60)
+    mean = fmean(seconds)
+    return [f"{1e6 * mean:.0f}", f"{100 * mean / world.dt:.2f}", f"{1000 * max(seconds):.2f}", f"{size:.2f}"]
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description="Size, cost and replay of tapes.")
+    parser.add_argument("--robots", type=int, nargs="*", default=[4, 8, 16, 64])
+    parser.add_argument("--seconds", type=float, default=60.0, help="length of each run")
+    parser.add_argument("--ticks", type=int, default=2000, help="ticks that are written")
+    options = parser.parse_args()
+    print(machine(), "\n")
+    head = [
+        f"tape of {options.seconds:g} s", "head [kB]", f"robot-minute [kB], bar {SIZE:g}", "answers", "the same",
+        "replayed, times real time",
+    ]  # fmt: skip
+    printed(head, [(f"{one} robots", lambda one=one: recorded(one, options.seconds)) for one in options.robots])
+    head = [
+        f"writing, {WRITING} robots", "mean tick [us]", f"share of a core [%], bar {SHARE:g}",
+        f"longest tick [ms], bar {LONGEST:g}", "robot-minute [kB]",
+    ]  # fmt: skip
+    printed(head, [(f"{options.ticks} ticks", lambda: written(options.ticks))])
+    print(f"Load {load()}.")
+
+
+if __name__ == "__main__":
+    main()
