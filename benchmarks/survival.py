@@ -23,6 +23,7 @@ from world.fleet.publisher import EVENTS_KEPT
 from world.host.pace import Times
 from world.saving.snapshot_file import HostState, Saver
 from world.simulate import Simulation
+from world.views.progress import progress
 
 SIDE: Final = 44  # m, of the hall
 ROBOTS: Final = (8, 64)
@@ -56,9 +57,10 @@ def snapshots(scenario: Path, robots: int, seconds: int) -> tuple[float, int]:
     empty = Times()
 
     def host() -> HostState:
+        states = {name: progress(name, world) for name in world.robots}
         return HostState(
             phase=Phase.RUNNING, held=False, reason="", lost=[], wall_time=0.0, present=list(world.robots),
-            most_in_one=1, late=0, states=dict(simulation._states), plans=plans(simulation), events=list(events),
+            most_in_one=1, late=0, states=states, plans=plans(simulation), events=list(events),
             seen=dict.fromkeys(world.robots, Seen(Liveness.ALIVE, 0.0)), left=set(), tick_bins=empty.bins,
             tick_longest=empty.longest, not_reproducible=[], pressed={}, tape=0,
         )  # fmt: skip

@@ -271,7 +271,7 @@ class Settling:
 
     def look(self, world: World) -> None:
         """Read the broadcasts of one tick."""
-        for (name, _), broadcast in self._simulation.spoken.items():
+        for (name, _), broadcast in self._simulation.broadcasts.items():
             if broadcast.traffic is None:
                 continue
             own = broadcast.traffic.own

@@ -10,11 +10,11 @@ from swarm.robot.brain import Robot
 from swarm.scenario.load import Scenario
 from swarm.scenario.starts import number_of
 from world.host.last_messages import LastMessages, Sent
-from world.views.welcome import progress
+from world.views.progress import progress
 from world.world import World
 
 
-@dataclass
+@dataclass(kw_only=True)
 class InProcess:
     """The world, what it was told in this tick, and the broadcasts that its robots can have heard."""
 
@@ -22,7 +22,7 @@ class InProcess:
     scenario: Scenario  # with the floor that it began with
     controller: Controller
     last: LastMessages = field(default_factory=LastMessages)
-    broadcasts: dict[Sent, Broadcast] = field(default_factory=dict)  # of this run
+    broadcasts: dict[Sent, Broadcast] = field(default_factory=dict)  # of this run, those that may still be heard
 
     def edited(self) -> Scenario:
         """Return the scenario with the floor as it is."""

@@ -2,19 +2,19 @@
 
 from collections import deque
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from time import perf_counter
 from typing import Any, NamedTuple
 
 from msgspec.structs import replace as changed
 
 from swarm.fuzzy import Controller
-from swarm.messages import Broadcast, Command, Event, Places, Sense, State
+from swarm.messages import Broadcast, Command, Event, Places, Sense
 from swarm.robot.brain import Inputs, Robot
 from swarm.scenario.load import Scenario
 from swarm.scenario.prepare import planning_grid, prepare
 from world.faults import SILENT, Drill, Faults, Health
-from world.host.last_messages import LastMessages, Sent
+from world.in_process import InProcess
 from world.views.metrics import shortest_lengths
 from world.views.report import missing, report
 from world.world import World
@@ -38,22 +38,16 @@ class Tick(NamedTuple):
     events: list[Event]  # of the world
 
 
-@dataclass
-class Simulation:
-    """A world and its robots, stepped in lockstep."""
+@dataclass(kw_only=True)
+class Simulation(InProcess):
+    """A world and its robots in lockstep; who answers when is drawn by the drill. Broadcasts are those of a tick."""
 
-    world: World
     robots: list[Robot]
-    scenario: Scenario
     seed: int
     drill: Drill
-    controller: Controller
-    spoken: dict[Sent, Broadcast] = field(default_factory=dict)  # broadcasts that reached the world in the last tick
     _under_way: dict[str, deque[Answer]] = field(default_factory=dict)  # answers of each robot, oldest first
-    _last: LastMessages = field(default_factory=LastMessages)
     _leaders: set[str] = field(default_factory=set)
     _away: set[str] = field(default_factory=set)
-    _states: dict[str, State] = field(default_factory=dict)
 
     @classmethod
     def of(cls, scenario: Scenario, robots: int, seed: int, faults: Faults | None = None) -> "Simulation":
@@ -66,7 +60,7 @@ class Simulation:
             for number, (name, pose) in enumerate(zip(world.robots, poses, strict=True))
         ]
         drill = Drill(faults or Faults(), seed, world.dt)
-        return cls(world, brains, scenario, seed, drill, controller)
+        return cls(world=world, scenario=scenario, controller=controller, robots=brains, seed=seed, drill=drill)
 
     def step(self) -> Tick:
         """Run one tick: the robots sense, decide and answer, and the world moves."""
@@ -82,62 +76,38 @@ class Simulation:
                     self._away.add(name)
                 continue
             robot = self._present(name, number, sense)
-            outputs = robot.step(Inputs(sense, [self.spoken[pair] for pair in sense.hears]))
+            outputs = robot.step(Inputs(sense, self.heard(sense.hears)))
             held_up = health[name] is Health.HELD_UP
             command = commands[name] = changed(outputs.command, left=0.0, right=0.0) if held_up else outputs.command
             under_way = self._under_way.setdefault(name, deque())
             due = world.tick + self.drill.delay(name)
             under_way.append(Answer(max([due, *(answer.due for answer in under_way)]), command, outputs.broadcast))
-            if outputs.state is not None:
-                self._states[name] = outputs.state
             if outputs.broadcast is not None:
                 spoken[name] = outputs.broadcast
                 own = outputs.broadcast.traffic and outputs.broadcast.traffic.own
                 (self._leaders.add if own and own.plan is not None else self._leaders.discard)(name)
-        self._deliver()
-        events = world.step(self._last.commands, self._last.sent)
-        self._last.carried_out()
-        return Tick(senses, health, commands, spoken, events)
-
-    def _deliver(self) -> None:
-        """Bring the answers that arrive in this tick to the world, by the same rules as those of processes."""
-        world, self.spoken = self.world, {}
+        self.broadcasts = {}
         for name in sorted(self._under_way):
             under_way = self._under_way[name]
             while under_way and under_way[0].due <= world.tick:
                 answer = under_way.popleft()
-                self._last.take(name, answer.command, world.run, world.tick)
-                if answer.broadcast is not None:
-                    self.spoken[name, answer.command.tick] = answer.broadcast
+                self.deliver(name, answer.command, answer.broadcast)
+        return Tick(senses, health, commands, spoken, self.move())
 
     def open_places(self, request: Places) -> list[Event]:
         """Open places for more robots, and put robots there; return the events."""
         events = self.world.open_places(request)[1]
-        self.robots += [self._new_robot(number) for number in range(len(self.robots), len(self.world.robots))]
+        self.robots += map(self.new_robot, self.world.robots[len(self.robots) :])
         return events
-
-    def _edited(self) -> Scenario:
-        """Return the scenario with the floor as it is."""
-        return replace(self.scenario, map=self.world.bodies.floor)
-
-    def _new_robot(self, number: int) -> Robot:
-        """Return a robot whose process begins on the floor as it is."""
-        world = self.world
-        name, start, edits = world.robots[number], world.starts[number], world.bodies.edits
-        return Robot(name, number, self._edited(), start, None, self.controller, edits=edits)
 
     def _present(self, name: str, number: int, sense: Sense) -> Robot:
         """Return the robot of that name with all edits taken in; it is a new one if its process had ended."""
-        world = self.world
         robot = self.robots[number]
         if name in self._away:
             self._away.discard(name)
-            robot = self._new_robot(number)
-            if name in self._states:
-                robot.resume(self._states[name], world.tasks.missions.orders.assigned(number))
-            self.robots[number] = robot
+            robot = self.robots[number] = self.welcomed(name)
         elif robot.missed(sense):
-            robot.take_map(self._edited(), world.bodies.edits)
+            robot.take_map(self.edited(), self.world.bodies.edits)
         return robot
 
     def run(
@@ -157,7 +127,7 @@ class Simulation:
 
     def report(self, wall_time: float, limit: float) -> dict[str, Any]:
         """Return the report of the run so far; ``limit`` [simulated s] is what ended it if it is not finished."""
-        world, edited = self.world, self._edited()
+        world, edited = self.world, self.edited()
         return report(
             world, shortest_lengths(world, planning_grid(edited)), scenario=edited.settings.name, seed=self.seed,
             robots_per_process=len(self.robots), pace="max", wall_time=wall_time, late_commands=0, tick_wall=None,

@@ -7,15 +7,18 @@ from dashboard.fold.account import Saved
 from swarm.messages import Account, Phase
 
 
-def analysed(account: Saved, whole: bool, file: str, later: str | None = None) -> dict[str, Any]:
-    """Return the analysis of a recording; what is in the report too has the same name and value there.
+def analysed(
+    account: Saved, whole: bool, file: str, later: str | None = None, notes: Iterable[str] = ()
+) -> dict[str, Any]:
+    """Return the analysis of a recording or a tape; what is in the report too has the same name and value there.
 
     ``whole`` is False if the file is cut. ``later`` is the file of a dashboard that was started again in the same run.
+    ``notes`` are sentences to add.
     """
     rows = list(account.robots.values())
     return {
         "file": file,
-        "notes": list(_notes(account, whole, later)),
+        "notes": [*_notes(account, whole, later), *notes],
         "scenario": account.scenario,
         "run": account.run,
         "over": account.phase is Phase.OVER,
@@ -46,12 +49,15 @@ def lines(analysis: dict[str, Any]) -> list[str]:
     heard = sum(analysis["messages"]["heard"].values())
     missed = ", ".join(f"{count} of {topic}" for topic, count in lost.items())
     state = "complete" if analysis["complete"] else "not complete" if analysis["over"] else "not over"
+    heard_line = (
+        f"messages to the dashboard: {heard} heard, {sum(lost.values())} lost{f' ({missed})' if missed else ''}"
+    )
     return [
         f"{analysis['scenario']}, run {analysis['run']}: {state} after {analysis['sim_time']:.1f} s"
         + (f": {analysis['reason']}" if analysis["reason"] else ""),
         *(f"note: {note}" for note in analysis["notes"]),
         f"contacts: {contacts}; smallest gap {f'{gap:.2f} m' if gap is not None else 'none'}",
-        f"messages to the dashboard: {heard} heard, {sum(lost.values())} lost{f' ({missed})' if missed else ''}",
+        *([heard_line] if heard else []),
     ]
 
 

@@ -47,6 +47,15 @@ def test_a_tape_that_is_cut_is_replayed_as_far_as_it_goes(tape: Path, capsys: py
     assert f"{2 * TICKS - 2} answers, all as they were" in last
 
 
+def test_a_tape_that_is_cut_is_analyzed_too(tape: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    tape.write_bytes(tape.read_bytes()[:-1])
+    assert main(["analyze", str(tape)]) == 0
+    told = capsys.readouterr().out.splitlines()
+    assert "not complete after 1.0 s: the tape ends here; not reached: r1 target 1" in told[0]
+    assert told[-2].startswith("note: the file ends within a row: ")
+    assert told[-1].startswith("contacts: ")
+
+
 def test_a_tape_of_other_code_is_named_and_replayed_to_its_first_difference(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -45,11 +45,15 @@ def assert_agrees(found: dict[str, Any], report: dict[str, Any]) -> None:
 
 
 @pytest.mark.parametrize("pace", mostly_long("a whole mission in real time", ["max", "20"], "max"))
-def test_a_recording_agrees_with_the_report_to_the_last_digit(tmp_runtime: Path, pace: str) -> None:
-    record = tmp_runtime / "run.rrd"
-    with Fleet(PAPER, "--pace", pace, "--seed", "3", "--record", str(record), robots=3, runtime=tmp_runtime) as fleet:
+def test_a_recording_and_a_tape_agree_with_the_report_to_the_last_digit(tmp_runtime: Path, pace: str) -> None:
+    record, tape = tmp_runtime / "run.rrd", tmp_runtime / "run.swarm"
+    options = ("--pace", pace, "--seed", "3", "--record", str(record), "--record", str(tape))
+    with Fleet(PAPER, *options, robots=3, runtime=tmp_runtime) as fleet:
         assert fleet.end() == 0, fleet.text
         report = fleet.report()
+    of_tape = analysed(tape)
+    assert_agrees(of_tape, report)
+    assert (of_tape["notes"], of_tape["over"]) == ([], True)
     found = analysed(record)
     assert_agrees(found, report)
     assert found["notes"] == []

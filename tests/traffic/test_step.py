@@ -88,7 +88,7 @@ def test_a_robot_alone_in_a_corridor_turns_to_an_aim_behind_it() -> None:
 
     def watch(world: World) -> None:
         (body,) = world.poses()
-        said = [spoken.traffic.own for spoken in simulation.spoken.values() if spoken.traffic is not None]
+        said = [spoken.traffic.own for spoken in simulation.broadcasts.values() if spoken.traffic is not None]
         behind.extend(drawn.cells.centre(cell)[0] - body.x for own in said for cell in own.held)
 
     report = simulation.run(120, watch=watch)

@@ -47,7 +47,8 @@ class Replay(InProcess):
             scenario = Scenario.from_wire(head.map.scenario, head.map.packed)
         except SwarmError as fault:
             raise ConfigError(f"tape {path.path}: the map: {fault}") from None
-        super().__init__(self._world(scenario, head.run, head.map.edits, None), scenario, Controller(scenario.profile))
+        world = self._world(scenario, head.run, head.map.edits, None)
+        super().__init__(world=world, scenario=scenario, controller=Controller(scenario.profile))
         self.difference: Difference | None = None
         self.seats: dict[str, Seat] = {}
         self.steps: dict[str, Stepped] = {}  # the newest of each robot

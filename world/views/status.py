@@ -9,7 +9,7 @@ from swarm.messages import Event, Phase, RobotStatus, Seen, State, Status
 from swarm.messages.naming import shortened
 from world.tasks.standing import why
 from world.views.metrics import accounts, clearance_min, contacts
-from world.views.welcome import progress
+from world.views.progress import progress
 from world.world import World
 
 STOPS: Final = 20  # targets of one robot: a status has room for a thousand robots

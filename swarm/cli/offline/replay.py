@@ -10,6 +10,9 @@ from swarm.cli.parsing import Commands, Parser
 from swarm.settings import TAPE
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from world.replay.judge import Watch
     from world.replay.replay import Replay
     from world.replay.values import Tick
 
@@ -22,7 +25,7 @@ class Progress:
     def __init__(self) -> None:
         self._told = monotonic()
 
-    def __call__(self, replay: "Replay", tick: "Tick") -> None:
+    def __call__(self, replay: "Replay") -> None:
         """Tell it if it is time."""
         if monotonic() - self._told >= EVERY and sys.stderr.isatty():
             self._told = monotonic()
@@ -32,24 +35,17 @@ class Progress:
 
 def replay(options: argparse.Namespace) -> int:
     """Replay a tape; return 0 if every answer is the same and no law is broken, else 1."""
-    from swarm.compiled import announce
-    from world.replay.outline import Outline
-    from world.tape.reader import TapeFile
-
-    file = TapeFile(options.file)
-    outline = Outline.of(file)  # what is no tape is refused before much is loaded
-    announce()
-    from world.replay.judge import Watch
-    from world.replay.replay import replayed
-
-    progress, watch = Progress(), Watch() if options.laws else None
+    watch: Watch | None = None  # made once the file is known to be a tape
 
     def each(one: "Replay", tick: "Tick") -> None:
-        progress(one, tick)
-        if watch is not None:
+        nonlocal watch
+        from world.replay.judge import Watch
+
+        if options.laws:
+            watch = watch or Watch()
             watch.take(one, tick)
 
-    found = replayed(file, each, outline)
+    found = opened(options.file, each)
     for line in told(found):
         print(line)
     broken = watch.judged() if watch is not None else []
@@ -58,6 +54,30 @@ def replay(options: argparse.Namespace) -> int:
     if watch is not None and not broken:
         print(f"{watch.laws} laws kept")
     return 1 if found.difference is not None or broken else 0
+
+
+def opened(path: Path, each: "Callable[[Replay, Tick], None]" = lambda one, tick: None) -> "Replay":
+    """Replay a whole tape, and tell how far it is; ``each`` is called after every tick.
+
+    Raises:
+        ConfigError: the file is no tape, or has what cannot have happened.
+    """
+    from swarm.compiled import announce
+    from world.replay.outline import Outline
+    from world.tape.reader import TapeFile
+
+    file = TapeFile(path)
+    outline = Outline.of(file)  # what is no tape is refused before much is loaded
+    announce()
+    from world.replay.replay import replayed
+
+    progress = Progress()
+
+    def tell(one: "Replay", tick: "Tick") -> None:
+        progress(one)
+        each(one, tick)
+
+    return replayed(file, tell, outline)
 
 
 def told(replay: "Replay") -> list[str]:
