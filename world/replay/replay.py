@@ -18,7 +18,6 @@ from world.fleet.publisher import floor
 from world.host.last_messages import LastMessages, Sent
 from world.in_process import InProcess
 from world.replay.ear import Ear
-from world.replay.frozen import Frozen
 from world.replay.outline import Outline
 from world.replay.values import Difference, Life, Saved, Stepped, Tick
 from world.saving.snapshot_file import pack_state, unpack_state
@@ -53,7 +52,6 @@ class Replay(InProcess):
         self.seats: dict[str, Seat] = {}
         self.steps: dict[str, Stepped] = {}  # the newest of each robot
         self.done = 0  # whole ticks
-        self._frozen = Frozen((scenario, self.controller))
         self._floors: dict[int, OccupancyMap] = {self.world.bodies.edits: self.world.bodies.floor}
         self._senses: dict[int, Mapping[str, Sense]] = {}
         self._lives: dict[int, Life] = {}  # of worlds that were killed, by number; the oldest first
