@@ -3,8 +3,8 @@
 The first table is of real fleets that patrol a depot: the size of their tapes, with the bar of 5 kB for a robot-minute,
 and how fast `swarm replay` runs them again, with the bar of 10 times real time for 8 robots. ``64@0.25`` are 64 robots
 at a quarter of real time: where a machine does not keep up, answers are late, and each says what it had heard. The
-second is the world's time of the processor for writing the answers of 16 robots, which were made before: the bars are
-0.2 % of a core, and 1 ms in the longest tick.
+second is the world's writing of the answers of 16 robots, which were made before: the bars are 0.2 % of a core, and
+1 ms in the longest tick. Both count the processor's time, not the clock's.
 """
 
 import argparse
@@ -14,7 +14,7 @@ import sys
 import tempfile
 from pathlib import Path
 from statistics import fmean
-from time import perf_counter, thread_time
+from time import process_time, thread_time
 from typing import Final
 
 from benchmarks.measure import load, machine, printed
@@ -48,9 +48,9 @@ def recorded(fleet: str, seconds: float) -> list[str]:
             command, cwd=ROOT, stdout=subprocess.DEVNULL, env=os.environ | {"XDG_RUNTIME_DIR": folder}, check=False
         )
         head, whole = TapeFile(tape).size, tape.stat().st_size
-        began = perf_counter()
+        began = process_time()
         replay = replayed(TapeFile(tape))
-        speed = replay.world.time / (perf_counter() - began)
+        speed = replay.world.time / (process_time() - began)
     size = (whole - head) / 1000 / (robots * replay.world.time / 60)
     same = "all" if replay.difference is None else f"to {replay.difference.time:.2f} s"
     return [f"{head / 1000:.1f}", f"{size:.2f}", f"{replay.answers}", same, f"{speed:.1f}"]
