@@ -19,7 +19,6 @@ from world.tape.rows import (
     CHECK,
     FORMAT,
     GIVEN,
-    JOIN,
     MESSAGES,
     RESTART,
     SAVE,
@@ -131,21 +130,9 @@ class TapeFile:
             ConfigError: a row is none.
         """
         plain: list[Any] = []
-        self.ticks = number = 0
-        values = self._values(self._begin, LARGEST)
-        while True:
-            number += 1
-            try:
-                value = next(values)
-            except StopIteration:
-                return
-            except (ValueError, msgpack.UnpackException, RecursionError) as fault:
-                raise self._fault(number, f"expected a row, got {str(fault) or TOO_LARGE}") from None
-            match value:
-                case [None | list() as items, bytes(checks), *rest] if rest in ([], [0]):
-                    items = plain if items is None else items
-                case _:
-                    raise self._fault(number, "expected items and checks, got something else")
+        self.ticks = 0
+        for number, (noted, checks, *rest) in enumerate(self.unchecked(), 1):
+            items = plain if noted is None else noted
             if len(checks) != CHECK * len(items):
                 raise self._fault(number, f"expected {CHECK * len(items)} bytes of checks, got {len(checks)}")
             pieces = [checks[at : at + CHECK] for at in range(0, len(checks), CHECK)]
@@ -155,6 +142,27 @@ class TapeFile:
             if self.ticks > MOST_TICKS:
                 raise self._fault(number, f"expected at most {MOST_TICKS} ticks")
             yield Row(number, found, not rest)
+
+    def unchecked(self) -> Iterator[list[Any]]:
+        """Yield the rows of the file as they are, up to the last whole one; their items are not checked.
+
+        Raises:
+            ConfigError: a row is none.
+        """
+        number, values = 0, self._values(self._begin, LARGEST)
+        while True:
+            number += 1
+            try:
+                row = next(values)
+            except StopIteration:
+                return
+            except (ValueError, msgpack.UnpackException, RecursionError) as fault:
+                raise self._fault(number, f"expected a row, got {str(fault) or TOO_LARGE}") from None
+            match row:
+                case [None | list(), bytes(), *rest] if rest in ([], [0]):
+                    yield row
+                case _:
+                    raise self._fault(number, "expected items and checks, got something else")
 
     def _item(self, row: int, item: Any, check: bytes) -> Any:  # noqa: ANN401
         """Return a checked item; an answer as ``Answered``."""
@@ -210,9 +218,9 @@ def whole_rows(path: Path) -> tuple[int, int, set[int]]:
         ConfigError: the file cannot be read, or is no tape.
     """
     file, foreign, number = TapeFile(path), set[int](), 0
-    for row in file.rows():
-        number = row.number
-        for item in row.items:
-            if isinstance(item, list) and item[0] == JOIN:
-                (foreign.discard if item[2] else foreign.add)(item[1])
+    for number, (items, *_) in enumerate(file.unchecked(), 1):  # noqa: B007, the last one counts
+        for item in items or ():
+            match item:
+                case ["join", int(robot), bool(ours)]:
+                    (foreign.discard if ours else foreign.add)(robot)
     return number, file.size, foreign
