@@ -79,7 +79,7 @@ class Run:
         self.tape = Tape(tape, log)
         if snapshot is not None and (found := newest(snapshot, self.scenario, robots, seed, log)) is not None:
             self._resume(found)
-            self.tape.go_on(found.host.tape)
+            self.tape.go_on(found.host.tape, self.world.identity)
             log(f"the run goes on at {self.world.time:.2f} s, {self.phase.value}")
         else:
             self.tape.begin(

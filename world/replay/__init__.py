@@ -1,1 +1,1 @@
-"""The replay of a run from its tape: any tick with all that every robot knew, what differs, and why a robot waits."""
+"""The replay of a run from its tape, in one process: every robot answers again, and what differs is named."""

@@ -211,13 +211,13 @@ def _earlier(item: object) -> Earlier | None:
     return None
 
 
-def whole_rows(path: Path) -> tuple[int, int, set[int]]:
+def whole_rows(file: TapeFile) -> tuple[int, int, set[int]]:
     """Return the number of whole rows, the bytes up to their end, and the robots whose answers are kept whole.
 
     Raises:
-        ConfigError: the file cannot be read, or is no tape.
+        ConfigError: a row is none.
     """
-    file, foreign, number = TapeFile(path), set[int](), 0
+    foreign, number = set[int](), 0
     for number, (items, *_) in enumerate(file.unchecked(), 1):  # noqa: B007, the last one counts
         for item in items or ():
             match item:

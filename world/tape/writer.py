@@ -11,7 +11,7 @@ from swarm.bus.codec import encode
 from swarm.errors import ConfigError
 from swarm.fingerprint import fingerprint
 from swarm.messages import Command, Message
-from world.tape.reader import whole_rows
+from world.tape.reader import TapeFile, whole_rows
 from world.tape.rows import (
     ASK,
     FORMAT,
@@ -56,16 +56,21 @@ class Tape:
             made_by: dict[str, Any] = {"format": FORMAT, "version": version("zenoh-swarm"), "code": fingerprint()}
             self._write(sealed(Head(**made_by, **head)))
 
-    def go_on(self, row: int) -> None:
-        """Go on with the tape of a world that was killed; it had saved its state at the end of a ``row``."""
+    def go_on(self, row: int, identity: str) -> None:
+        """Go on with the tape of a killed world, which had saved its state at the end of a ``row``; 0: of none."""
         if self._path is None:
             return
         try:
-            self.rows, size, self.foreign = whole_rows(self._path)
+            file = TapeFile(self._path)
+            self.rows, size, self.foreign = whole_rows(file)
         except ConfigError as fault:
             self._log(f"{fault}; this run has no tape any more")
             return
-        if self._open(size):
+        if file.head.identity != identity or not 0 < row <= self.rows:
+            self._log(
+                f"tape {self._path}: it is of another run, or ends before this one was saved; this run has no tape"
+            )
+        elif self._open(size):
             self._note([RESUME, row])
             self._flush(whole=False)
 
@@ -129,10 +134,10 @@ class Tape:
         self._sensed = self._marked = self._parted = False
 
     def saved(self) -> int:
-        """Note that the state is saved now, and write what there is; return the number of rows."""
+        """Note that the state is saved now, and write what there is; return the number of rows, 0 without a tape."""
         self._note(SAVE)
         self._flush(whole=False)
-        return self.rows
+        return self.rows if self.on else 0
 
     def step(self) -> None:
         """Write the row of a tick: the world moves now."""

@@ -108,8 +108,13 @@ def world(options: argparse.Namespace) -> int:
             f"--resume {options.resume}: expected a snapshot, found none; begin a run with --snapshot FILE"
         )
     fleet = options.fleet or named(scenario.settings.name)
-    tape = options.record or tape_of(fleet)
-    print(f"fleet {fleet}\ntape {tape}", flush=True)
+    print(f"fleet {fleet}", flush=True)
+    try:
+        tape = options.record or tape_of(fleet)
+        print(f"tape {tape}", flush=True)
+    except ConfigError as fault:  # there is no folder for it
+        tape = None
+        print(f"this run has no tape: {fault}; give --record FILE{TAPE}", flush=True)
     return run_world(
         endpoint(options.connect, options.secure, WORLD),
         fleet,

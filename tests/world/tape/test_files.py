@@ -61,12 +61,23 @@ def test_the_replay_of_a_tape_is_the_run(tape: Path) -> None:
 
 def test_two_worlds_do_not_write_one_tape(tmp_path: Path) -> None:
     told, tape = list[str](), made(tmp_path / "one.swarm", ticks=1)
+    world = TapeFile(tape).head.identity
     first, second = Tape(tape, told.append), Tape(tape, told.append)
-    first.go_on(0)
-    second.go_on(0)
+    first.go_on(1, world)
+    second.go_on(1, world)
     assert (first.on, second.on) == (True, False)
     assert told == [f"tape {tape}: cannot be written (another world writes it); this run has no tape"]
     first.close()
+
+
+@pytest.mark.parametrize(("row", "ours"), [(0, True), (99, True), (1, False)])
+def test_a_world_does_not_go_on_with_the_tape_of_another_run(row: int, ours: bool, tmp_path: Path) -> None:
+    told, tape = list[str](), made(tmp_path / "other.swarm", ticks=1)
+    before, one = tape.read_bytes(), Tape(tape, told.append)
+    one.go_on(row, TapeFile(tape).head.identity if ours else "w9")
+    assert not one.on
+    assert told == [f"tape {tape}: it is of another run, or ends before this one was saved; this run has no tape"]
+    assert tape.read_bytes() == before
 
 
 LOST: Final = {("r1", 30), ("r1", 31), ("r2", 30), ("r2", 31)}
