@@ -67,7 +67,7 @@ PARSED: Final = {  # command: why it is not run
     "swarm analyze paper.rrd": "reads what another command has recorded; tests/launch/test_analyze.py runs it",
     **{f"swarm replay run.swarm{more}": "the same; tests/world/replay/test_processes.py runs it" for more in ("", " --laws")},
     "swarm analyze run.swarm": "the same; tests/launch/test_analyze.py runs it",
-    "swarm run paper --record run.swarm": "drives for two minutes; the same",
+    "swarm run paper --robots 4 --record run.swarm": "drives for two minutes; the same",
     "swarm ls --connect tcp/ROUTER:7447": "stands for a router elsewhere; tests/cli/test_watching.py runs it",
     "swarm watch": "goes on until the run is over; tests/cli/test_watching.py runs it",
     "swarm logs r1 --follow": "goes on until the run is over; tests/cli/test_looking.py runs it",

@@ -88,7 +88,8 @@ def told(replay: "Replay") -> list[str]:
     other = f"made by other code: version {head.version}, fingerprint {head.code}; this is {fingerprint()}"
     made = [] if head.code == fingerprint() else [other]
     cut = [f"the file ends within a row: {file.left_out} bytes are left out"] if file.left_out else []
-    run = f"{head.map.scenario.settings.name}, {len(world.robots)} robots, run {world.run}, {world.time:.2f} s"
+    robots = f"{len(world.robots)} robot{'s' * (len(world.robots) > 1)}"
+    run = f"{head.map.scenario.settings.name}, {robots}, run {world.run}, {world.time:.2f} s"
     same = f"{replay.answers} answers, all as they were; digest {world.measures.recorder.digest}"
     if found is not None:
         same = f"first difference at tick {found.tick}, {found.time:.2f} s: {found.robot}: {found.text}"
