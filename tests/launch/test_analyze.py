@@ -44,6 +44,7 @@ def assert_agrees(found: dict[str, Any], report: dict[str, Any]) -> None:
         assert found["total"][field] == sum(row[field] for row in rows)
 
 
+@pytest.mark.costs("a recorded mission, which is run again from its tape")
 @pytest.mark.parametrize("pace", mostly_long("a whole mission in real time", ["max", "20"], "max"))
 def test_a_recording_and_a_tape_agree_with_the_report_to_the_last_digit(tmp_runtime: Path, pace: str) -> None:
     record, tape = tmp_runtime / "run.rrd", tmp_runtime / "run.swarm"
