@@ -17,6 +17,7 @@ from swarm.robot.navigator import Navigator
 from swarm.robot.tuning import REPLAN
 from swarm.scenario.load import Scenario
 from swarm.traffic.lattice.placement import cells_of, learned_cells, traffic_settings
+from swarm.traffic.outputs import StepResult
 from swarm.traffic.progress_checker import ProgressChecker, farther_than
 from swarm.traffic.step import Traffic
 
@@ -86,6 +87,11 @@ class Robot:
         cells = cells_of(floor, settings) if settings.map.known else learned_cells(floor, settings)
         traffic = Traffic(self.name, cells, traffic_settings(settings), slot=self._number)
         return CellPilot(traffic, cells, self._number, settings, self._controller)
+
+    @property
+    def decided(self) -> StepResult | None:
+        """The decisions of its last step of coordination; None: it has made none."""
+        return self._pilot.decided
 
     def resume(self, state: State, assigned: Assigned | None = None) -> None:
         """Continue the mission where an earlier process of this robot left it; ``assigned`` are its stops now."""

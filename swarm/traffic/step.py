@@ -97,10 +97,9 @@ class Traffic:
         self._claiming = Claiming(me, settings)
         self._inspector = Inspector(settings)
         self._record_writer = RecordWriter(me, settings, slot, cells.side)
-        self._goal = Goal()
-        self._step_aside = StepAside()
-        self._kept = BlockedByObstacle()
+        self._goal, self._step_aside, self._kept = Goal(), StepAside(), BlockedByObstacle()
         self._before: Before | None = None
+        self.decided: StepResult | None = None  # in the last step, for explanations
         self._joins = cells.neighbours  # of the last tick
 
     def is_due(self, tick: int, scan: Scan) -> bool:
@@ -127,6 +126,7 @@ class Traffic:
         self._before = Before(inputs.tick, result.progress, result.moved, heard.listen_until, result.halt.threats,
                               result.situation.then, result.busy)  # fmt: skip
         self._joins = cells.neighbours
+        self.decided = result
         return self._speak(result)
 
     def robot_at(self, tick: int, cells: CellMap) -> Callable[[Point], bool]:

@@ -52,6 +52,8 @@ class MuteRobot(Robot):
 class StraightPilot:
     """The driver of a mute robot: straight along the path, with the safety filter's limits."""
 
+    decided: Final = None  # it takes no part in traffic
+
     def __init__(self, settings: Settings) -> None:
         self._drive = DifferentialDrive(settings.robot.track_width)
         self._filter = SafetyFilter(settings)

@@ -36,6 +36,7 @@ from swarm.traffic.lattice.cell_map import CellMap
 from swarm.traffic.lattice.placement import cells_of, comes_near
 from swarm.traffic.obstacles.detector import WATCH
 from swarm.traffic.obstacles.scan import Scan
+from swarm.traffic.outputs import StepResult
 from swarm.traffic.peers.uncooperative import Spoken
 from swarm.traffic.progress_checker import ProgressChecker, shorter_way
 from swarm.traffic.settings import NEAR
@@ -105,6 +106,11 @@ class CellPilot:
         self._progress = ProgressChecker(shorter_way(PILOT.longer))
         self._could_drive = 0  # ticks
         self._aiming = Aiming(cells, robot.radius)
+
+    @property
+    def decided(self) -> StepResult | None:
+        """The decisions of its last step of coordination; None: it has made none."""
+        return self._traffic.decided
 
     def drive(self, inputs: PilotInputs) -> PilotOutputs:
         """Return what the robot does at one tick."""

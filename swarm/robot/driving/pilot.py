@@ -10,6 +10,7 @@ from swarm.messages.traffic import TrafficBroadcast
 from swarm.robot.driving.safety import WheelSpeeds
 from swarm.robot.ground import Block
 from swarm.robot.navigator import Navigator
+from swarm.traffic.outputs import StepResult
 
 
 class PilotInputs(NamedTuple):
@@ -43,6 +44,10 @@ class PilotOutputs(NamedTuple):
 
 class Pilot(Protocol):
     """What a brain needs of its pilot."""
+
+    @property
+    def decided(self) -> StepResult | None:
+        """The decisions of its last step of coordination; None: it has made none."""
 
     def drive(self, inputs: PilotInputs) -> PilotOutputs:
         """Return what the robot does at one tick; call it once a tick."""
