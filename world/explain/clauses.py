@@ -8,6 +8,8 @@ class Clause(StrEnum):
     """One cause of what a robot does."""
 
     GONE = "gone"  # it does not answer
+    LATE = "late"  # it answers too late: its wheels stand
+    FOREIGN = "foreign"  # it runs other code
     MUTE = "mute"  # it says nothing of traffic
     ORDER = "order"  # it was told to stop
     OBSTACLE = "obstacle"  # something unexpected is ahead

@@ -4,14 +4,14 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from typing import Final
 
-from swarm.messages import Broadcast
+from swarm.messages import COMMAND, Broadcast
 from swarm.messages.traffic import Epoch, Record
 from swarm.robot.brain import Robot
 from swarm.traffic.joint.states import Collecting, Free, Frozen
 from swarm.traffic.outputs import StepResult
 from swarm.traffic.settings import TrafficConstants
 from world.explain.clauses import Cause, Clause
-from world.explain.past import Past
+from world.explain.past import Missed, Next, Past
 
 ASKED_WITHIN: Final = 100  # ticks before a call in which the request for it was made
 MOST_NAMED: Final = 3  # robots named one by one
@@ -20,19 +20,75 @@ MOST_NAMED: Final = 3  # robots named one by one
 class Links(ABC):
     """What every kind of link needs: the robots, their past, and the causes so far."""
 
-    def __init__(self, robots: Mapping[str, Robot], past: Past, settings: TrafficConstants) -> None:
+    def __init__(
+        self,
+        robots: Mapping[str, Robot],
+        past: Past,
+        settings: TrafficConstants,
+        next_of: Callable[[str], Next | None],
+    ) -> None:
         self.causes: list[Cause] = []
-        self._robots, self._past, self._settings = robots, past, settings
+        self._robots, self._past, self._settings, self._next_of = robots, past, settings, next_of
         self._seen: list[str] = []
+        self._lasts = COMMAND.timeout * past.rate  # ticks for which a command moves the wheels
 
     @abstractmethod
-    def follow(self, name: str, depth: int) -> None:
-        """Add why a robot does what it does, and then why those do that it waits for."""
+    def follow(self, name: str, depth: int, *, leaves: bool = False) -> None:
+        """Add why a robot does what it does, and then why those do that it waits for.
+
+        ``leaves``: only why it is not yet out of a cell behind its head.
+        """
 
     def _say(
         self, depth: int, robot: str, clause: Clause, text: str, other: str | None = None, cell: int | None = None
     ) -> None:
         self.causes.append(Cause(depth, robot, clause, text, other, cell))
+
+    def _decided(self, name: str) -> StepResult | None:
+        """Return what a robot of our code has decided in its last step of coordination."""
+        robot = self._robots.get(name)
+        return robot.decided if robot is not None else None
+
+    # ---- robots that do not answer
+
+    def _is_absent(self, name: str) -> bool:
+        """Return True if a robot does not answer; one that is late does, or that leaves out a few ticks."""
+        past, command, coming = self._past, self._past.commands.get(name), self._next_of(name)
+        if past.answers(name):
+            return False
+        if coming is None or coming.came is None or coming.new:
+            return True
+        return coming.sensed > past.tick and (command is None or coming.came - command.tick > self._lasts)
+
+    def _absent(self, name: str, depth: int) -> bool:
+        """Add that a robot does not answer, or so late that its wheels stand; return False if it is there."""
+        past, command, coming = self._past, self._past.commands.get(name), self._next_of(name)
+        since = past.clock(command.tick) if command is not None else ""
+        came = past.clock(coming.came) if coming is not None and coming.came is not None else ""
+        if not self._is_absent(name):
+            if command is not None and past.tick - command.tick <= self._lasts:
+                return False
+            text = f"what it answers at {past.clock(past.tick)} is for {since}"
+            if coming is not None and not past.answers(name):
+                text = f"its answer for {past.clock(coming.sensed)} came late, at {came}"
+            stand = f"a command lasts {COMMAND.timeout:g} s, so its wheels stand"
+            self._say(
+                depth,
+                name,
+                Clause.LATE,
+                f"{name} is late: {text}; {stand if command is not None else 'until then it does nothing'}.",
+            )
+        elif coming is None:
+            text = f"{name} has not answered {f'since {since}' if since else 'yet'}"
+            self._say(depth, name, Clause.GONE, f"{text}: its process is not there, or sleeps.")
+        else:
+            text = f"{name} is gone since {since}" if since else f"{name} has not come yet"
+            later = "it does not answer again in this run"
+            if came:
+                new = "its process has ended, and a new one" if since else "its process"
+                later = f"{new} answers at {came}" if coming.new else f"its process sleeps, and answers again at {came}"
+            self._say(depth, name, Clause.GONE, f"{text}: {later}.")
+        return True
 
     # ---- joint plans
 
@@ -83,10 +139,9 @@ class Links(ABC):
     def _plan_to_come(self, name: str, epoch: Epoch, depth: int) -> None:
         """Add what becomes of the plan that a robot stands for."""
         leader, past = epoch.leader, self._past
-        theirs = self._robots[leader].decided if leader in self._robots else None
+        theirs = self._decided(leader)
         made = [w for w in past.said[leader] if (plan := own_record(w).plan) is not None and plan.epoch == epoch]
-        command = past.commands.get(leader)
-        if command is None or command.tick < past.tick or (theirs is not None and theirs.joint.frozen == epoch):
+        if self._is_absent(leader) or (theirs is not None and theirs.joint.frozen == epoch):
             self.follow(leader, depth)
         elif made:
             self._not_heard(name, leader, made, "has made it and said so", depth)
@@ -99,8 +154,7 @@ class Links(ABC):
         past = self._past
         calls = [w for w in past.said[name] if (call := own_record(w).collect) is not None and call.epoch == epoch]
         answers = [words for words in past.said[other] if own_record(words).frozen == epoch]
-        command = past.commands.get(other)
-        if command is None or command.tick < past.tick:
+        if self._is_absent(other):
             self.follow(other, depth)
         elif answers:
             self._not_heard(name, other, answers, "stands and said so", depth)
@@ -112,8 +166,8 @@ class Links(ABC):
 
     def _now(self, other: str, holds: Callable[[StepResult], bool]) -> bool:
         """Return True if a robot that answers is in a state."""
-        command, decided = self._past.commands.get(other), self._robots[other].decided
-        return command is not None and command.tick == self._past.tick and decided is not None and holds(decided)
+        decided = self._decided(other)
+        return decided is not None and not self._is_absent(other) and holds(decided)
 
     def _news(
         self, name: str, other: str, record: Record, ends: Callable[[Record], bool], ended: bool, text: str, depth: int
@@ -134,12 +188,11 @@ class Links(ABC):
             when = past.clock(said[-1].tick)
             self._say(depth, other, Clause.COMING, f"{other} {text} at {when}: {name} acts by it in the next tick.")
             return
-        far = [words for words in missed if past.is_far(name, words)]
-        lost = [words for words in missed if words not in far]
-        parts = [("lost by the radio", lost)] * bool(lost) + [("out of range", far)] * bool(far)
-        why = "; ".join(f"{what} ({', '.join(past.clock(words.tick) for words in row)})" for what, row in parts)
-        text = f"{other} {text}, but {name} has not heard it: {why}."
-        self._say(depth, other, Clause.LOST if lost else Clause.FAR, text, name)
+        rows = {why: [words.tick for words in missed if past.why_missed(name, words) is why] for why in Missed}
+        parts = [f"{why.value} ({', '.join(map(past.clock, row[-MOST_NAMED:]))})" for why, row in rows.items() if row]
+        text = f"{other} {text}, but {name} has not heard it: {'; '.join(parts)}."
+        clauses = {Missed.UNDER_WAY: Clause.COMING, Missed.LOST: Clause.LOST}
+        self._say(depth, other, next((clause for why, clause in clauses.items() if rows[why]), Clause.FAR), text, name)
 
 
 def own_record(words: Broadcast) -> Record:

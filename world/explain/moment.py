@@ -1,28 +1,51 @@
 """A run that is run again up to a tick, with all inner state: what may be asked about that tick."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 
+from swarm.fuzzy import Controller
 from swarm.robot.brain import Robot
+from swarm.settings import Settings
 from swarm.traffic.lattice.placement import traffic_settings
 from world.explain.clauses import Cause
-from world.explain.past import Past
+from world.explain.past import Answer, Next, Past
 from world.explain.state import RobotState, state_of
 from world.explain.why import explain
 from world.simulate import Simulation
+from world.world import World
 
 
-class Moment:
+class Moment(ABC):
     """The end of one tick: robots and world as they are then, and all that was said before."""
 
-    def __init__(self, simulation: Simulation, past: Past) -> None:
-        self.past = past
-        self._simulation = simulation
-        self._settings = traffic_settings(simulation.scenario.settings)
+    def __init__(self, settings: Settings, controller: Controller) -> None:
+        self.settings = settings
+        self.controller = controller
+        self._traffic = traffic_settings(settings)
+        self.past = self._no_past()
+
+    def _no_past(self) -> Past:
+        """Return the past of a run that has not begun."""
+        physics = self.world.bodies.physics
+        return Past(self.settings.radio, self.settings.rate, physics.sees)
 
     @property
+    @abstractmethod
+    def world(self) -> World:
+        """The world as it is then."""
+
+    @property
+    @abstractmethod
     def robots(self) -> Mapping[str, Robot]:
-        """The robots by name, in the order of their numbers."""
-        return {robot.name: robot for robot in self._simulation.robots}
+        """The robots by name whose inner state is known, in the order of their numbers."""
+
+    @abstractmethod
+    def step(self) -> bool:
+        """Go on by one tick; return False if the run is over."""
+
+    def next_of(self, robot: str) -> Next | None:
+        """Return what is known of a robot's next answer; None: nothing."""
+        return None
 
     def why(self, robot: str) -> list[Cause]:
         """Return the chain of causes of what a robot does.
@@ -30,7 +53,7 @@ class Moment:
         Raises:
             KeyError: there is no such robot.
         """
-        return explain(robot, self.robots, self.past, self._settings)
+        return explain(robot, self.robots, self.past, self._traffic, self.next_of)
 
     def state(self, robot: str) -> RobotState:
         """Return the whole state of a robot.
@@ -38,18 +61,42 @@ class Moment:
         Raises:
             KeyError: there is no such robot.
         """
-        scenario, controller = self._simulation.scenario, self._simulation.controller
-        return state_of(robot, self.robots[robot], self.past, scenario.settings, controller)
+        return state_of(robot, self.robots.get(robot), self.past, self.settings, self.controller)
 
 
-def run_until(simulation: Simulation, tick: int, each: Callable[[Moment], None] = lambda moment: None) -> Moment:
-    """Run a simulation that has not begun through a tick, or to its end; ``each`` is called after every tick."""
-    world, settings = simulation.world, simulation.scenario.settings
-    past = Past(settings.radio, settings.rate)
-    moment = Moment(simulation, past)
-    while past.tick < tick and not world.finished and world.time < settings.limit:
-        now, done = world.tick, simulation.step()
-        heard = {name: done.senses[name].hears for name in done.commands}
-        past.take(now, done.senses, done.commands, done.spoken, heard)
+class Simulated(Moment):
+    """A moment of a simulation."""
+
+    def __init__(self, simulation: Simulation) -> None:
+        self._simulation = simulation
+        super().__init__(simulation.scenario.settings, simulation.controller)
+
+    @property
+    def world(self) -> World:
+        """The world as it is then."""
+        return self._simulation.world
+
+    @property
+    def robots(self) -> Mapping[str, Robot]:
+        """The robots by name."""
+        return {robot.name: robot for robot in self._simulation.robots}
+
+    def step(self) -> bool:
+        """Go on by one tick; return False if the run is over."""
+        world = self.world
+        if world.finished or world.time >= self.settings.limit:
+            return False
+        now, done = world.tick, self._simulation.step()
+        answers = [
+            Answer(name, command, done.senses[name].hears, done.spoken.get(name))
+            for name, command in done.commands.items()
+        ]
+        self.past.take(now, done.senses, answers)
+        return True
+
+
+def run_until(moment: Moment, tick: int, each: Callable[[Moment], None] = lambda moment: None) -> Moment:
+    """Run a moment on through a tick, or to the end of the run; ``each`` is called after every tick. Return it."""
+    while moment.past.tick < tick and moment.step():
         each(moment)
     return moment

@@ -1,12 +1,16 @@
 """What was said, heard and answered in a run up to a tick: what an explanation needs beside the state at the tick."""
 
 from collections import defaultdict
-from collections.abc import Iterable, Mapping
-from typing import NamedTuple
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from enum import StrEnum
+from typing import Final, NamedTuple
 
 from swarm.geometry import Pose, distance
+from swarm.maps.occupancy import Point
 from swarm.messages import Broadcast, Command, Sense
 from swarm.settings import RadioSettings
+
+BREAK: Final = 20  # ticks; a robot that was away for longer listens first (`gap` of traffic's constants)
 
 Pair = tuple[str, int]  # a robot and the tick of its broadcast
 
@@ -19,43 +23,77 @@ class Note(NamedTuple):
     text: str
 
 
-class Past:
-    """The past of one run. Feed it every tick, in order."""
+class Answer(NamedTuple):
+    """An answer of a robot, as it came to the world."""
 
-    def __init__(self, radio: RadioSettings, rate: float) -> None:
-        self._radio, self._rate = radio, rate
+    robot: str
+    command: Command
+    heard: Sequence[Pair]  # broadcasts that it stepped with
+    broadcast: Broadcast | None
+
+
+class Next(NamedTuple):
+    """What a robot does after a tick, by the tape of its run."""
+
+    came: int | None  # tick in which its next answer comes; None: it does not answer again in this run
+    sensed: int = -1  # tick of the sense that this is the answer to
+    new: bool = False  # of a process without memory
+
+
+class Missed(StrEnum):
+    """Why a robot has not heard a broadcast."""
+
+    LOST = "lost by the radio"
+    FAR = "out of range"
+    HIDDEN = "behind a wall"
+    UNDER_WAY = "still on its way through the network"
+
+
+def _in_sight(here: Point, there: Point) -> bool:
+    return True
+
+
+class Past:
+    """The past of one run. Feed it every tick, in order; a world that was started again may go back to earlier ones."""
+
+    def __init__(self, radio: RadioSettings, rate: float, sees: Callable[[Point, Point], bool] = _in_sight) -> None:
+        self._radio, self._sees, self.rate = radio, sees, rate
         self.tick = -1  # the last one taken in
         self.commands: dict[str, Command] = {}  # the last answer of each robot
+        self.came: dict[str, int] = {}  # tick in which it came
         self.since: dict[str, int] = {}  # first tick of the unbroken answers of each robot
         self.senses: Mapping[str, Sense] = {}  # of the last tick
         self.notes: dict[str, dict[str, Note]] = defaultdict(dict)  # of each robot, the last one of each kind
         self.said: dict[str, list[Broadcast]] = defaultdict(list)  # of each robot, oldest first
         self._words: dict[Pair, Broadcast] = {}
+        self._sent: dict[Pair, int] = {}  # tick in which a broadcast was on the air
+        self._listed: dict[str, set[Pair]] = defaultdict(set)  # of each robot: what its senses say that it hears
         self._heard: dict[str, dict[Pair, int]] = defaultdict(dict)  # of each robot: broadcast, and when it was heard
-        self._stood: list[Mapping[str, Pose]] = []  # at each tick
+        self._stood: dict[int, Mapping[str, Pose]] = {}  # by tick
 
     def take(
-        self,
-        tick: int,
-        senses: Mapping[str, Sense],
-        commands: Mapping[str, Command],
-        spoken: Mapping[str, Broadcast],
-        heard: Mapping[str, Iterable[Pair]],
+        self, tick: int, senses: Mapping[str, Sense], answers: Iterable[Answer], joined: Iterable[str] = ()
     ) -> None:
-        """Take in a tick: what was sensed, answered and said in it, and which broadcasts each robot had heard."""
-        self._stood.append({name: Pose(sense.x, sense.y, sense.yaw) for name, sense in senses.items()})
+        """Take in a tick: what was sensed, answered and said in it, and which robots have ``joined`` without memory."""
+        self._stood[tick] = {name: Pose(sense.x, sense.y, sense.yaw) for name, sense in senses.items()}
         self.senses = senses
-        for name, command in commands.items():
-            if name not in self.commands or self.commands[name].tick != self.tick:
+        for name, sense in senses.items():
+            self._listed[name].update(sense.hears)
+        for name in joined:
+            self.since.pop(name, None)
+            self._heard[name].clear()
+        for name, command, heard, words in answers:
+            if name not in self.since or tick - self.came[name] > BREAK:
                 self.since[name] = tick
-            self.commands[name] = command
-            for pair in heard[name]:
+            self.commands[name], self.came[name] = command, tick
+            for pair in heard:
                 self._heard[name].setdefault(pair, tick)
             for kind, text in command.notes:
                 self.notes[name][kind] = Note(tick, kind, text)
-        for name, words in spoken.items():
-            self.said[name].append(words)
-            self._words[name, words.tick] = words
+            if words is not None and (name, words.tick) not in self._words:
+                self.said[name].append(words)
+                self._words[name, words.tick] = words
+                self._sent[name, words.tick] = tick
         self.tick = tick
 
     def clock(self, tick: int) -> str:
@@ -64,7 +102,11 @@ class Past:
         >>> Past(RadioSettings(), 20.0).clock(241)
         '12.05 s'
         """
-        return f"{tick / self._rate:.2f} s"
+        return f"{tick / self.rate:.2f} s"
+
+    def answers(self, name: str) -> bool:
+        """Return True if an answer of a robot came in the last tick."""
+        return self.came.get(name, -1) == self.tick
 
     def has_heard(self, name: str, words: Broadcast) -> bool:
         """Return True if a robot has heard a broadcast, or a record at least as new of its sender, relayed."""
@@ -85,9 +127,21 @@ class Past:
 
     def unheard(self, name: str, row: Iterable[Broadcast]) -> list[Broadcast]:
         """Return the broadcasts that a robot could have heard by now, and has not."""
-        return [words for words in row if words.tick < self.tick and not self.has_heard(name, words)]
+        return [
+            words for words in row
+            if name in self.commands and self._sent[words.robot, words.tick] < self.commands[name].tick
+            and not self.has_heard(name, words)
+        ]  # fmt: skip
 
-    def is_far(self, name: str, words: Broadcast) -> bool:
-        """Return True if a robot was out of the sender's radio range when that spoke."""
-        here = self._stood[words.tick].get(name)
-        return here is not None and distance(here, (words.x, words.y)) > self._radio.range
+    def why_missed(self, name: str, words: Broadcast) -> Missed:
+        """Return why a robot has not heard a broadcast."""
+        pair = words.robot, words.tick
+        if pair in self._listed[name]:
+            return Missed.UNDER_WAY
+        stood = self._stood.get(self._sent[pair], {})
+        if name not in stood or words.robot not in stood:
+            return Missed.LOST
+        here, there = stood[name], stood[words.robot]
+        if distance(here, there) > self._radio.range:
+            return Missed.FAR
+        return Missed.HIDDEN if self._radio.line_of_sight and not self._sees(here[:2], there[:2]) else Missed.LOST

@@ -1,16 +1,51 @@
-"""What runs again: a plan of a storm, or a scenario with a number of robots and a seed, as in lockstep."""
+"""What runs again: a tape, a plan of a storm, or a scenario with a number of robots and a seed, as in lockstep."""
 
 from pathlib import Path
 
 import yaml
 
+from swarm.errors import ConfigError
 from swarm.maps.files import read_text
 from swarm.scenario.check import check
 from swarm.scenario.load import load
 from swarm.scenario.shipped import found
+from swarm.settings import TAPE
+from world.explain.moment import Moment, Simulated, run_until
+from world.explain.taped import Taped
 from world.simulate import Simulation
 from world.storm.plans.plan import LARGEST, read
 from world.storm.uncooperative import make_mute
+from world.tape.reader import TapeFile
+
+
+def moment_of(
+    path: Path, at: float, *, run: int | None = None, robots: int | None = None, seed: int | None = None
+) -> Moment:
+    """Return a run as it is at a time [s]: a file that ends as a tape is one.
+
+    Of a tape, ``run`` is the number of the run, by default the last; of others, ``robots`` and ``seed`` may be given.
+
+    Raises:
+        ConfigError: the file cannot be read, or is not what it should be, or the run has no such time.
+    """
+    if path.suffix != TAPE:
+        if run is not None:
+            raise ConfigError(f"--run: expected a tape, got {path}; leave --run out")
+        return _simulated(simulation_from(path, robots, seed), at)
+    for name, value in (("--robots", robots), ("--seed", seed)):
+        if value is not None:
+            raise ConfigError(f"{name}: expected none with a tape, which has its own, got {value}; leave {name} out")
+    taped = Taped(TapeFile(path))
+    taped.run_through(run, round(at / taped.world.dt))
+    return taped
+
+
+def _simulated(simulation: Simulation, at: float) -> Moment:
+    tick = round(at / simulation.world.dt)
+    moment = run_until(Simulated(simulation), tick)
+    if moment.past.tick < tick:
+        raise ConfigError(f"--at: expected 0 to {moment.past.clock(moment.past.tick)}, got {at:g}; the run ends there")
+    return moment
 
 
 def simulation_from(path: Path, robots: int | None = None, seed: int | None = None) -> Simulation:

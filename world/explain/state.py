@@ -49,34 +49,34 @@ class RobotState(Struct, frozen=True, kw_only=True):
     pose: Annotated[tuple[float, float, float], says("m, m, rad; in the map")]
     sensed: Annotated[dict[str, float], says("m; the nearest in each sector")]
     wheels: Annotated[tuple[float, float], says("m/s; left and right")]
-    target: Annotated[int, says("index of the stop that it drives to")]
+    target: Annotated[int | None, says("index of the stop that it drives to")]
     stops: Annotated[list[tuple[float, float]], says("m")]
     heard: Annotated[list[Pair], says("broadcasts that reached it in this tick: who spoke, and when")]
     tables: Annotated[dict[str, Any], says("what the fuzzy tables say at its aim, and the rules that fired")]
     traffic: InTraffic | None
 
 
-def state_of(name: str, robot: Robot, past: Past, settings: Settings, controller: Controller) -> RobotState:
-    """Return the state of a robot at the last tick of ``past``."""
+def state_of(name: str, robot: Robot | None, past: Past, settings: Settings, controller: Controller) -> RobotState:
+    """Return the state of a robot at the last tick of ``past``; None: it runs other code, whose state is not known."""
     sense, command = past.senses[name], past.commands.get(name)
-    answered = command is not None and command.tick == past.tick
     tables: dict[str, Any] = {}
     if command is not None:
         unit = settings.robot.distance_scale * command.scale
         said = controller.explain(sense.left / unit, sense.front / unit, sense.right / unit, -degrees(command.heading))
         tables = said.to_json_dict()
     return RobotState(
-        robot=name, tick=past.tick, time=past.tick / settings.rate, answered=answered,
+        robot=name, tick=past.tick, time=past.tick / settings.rate, answered=past.answers(name),
         activity=command.activity.value if command is not None else None,
         pose=(sense.x, sense.y, sense.yaw), sensed={"left": sense.left, "front": sense.front, "right": sense.right},
         wheels=(command.left, command.right) if command is not None else (0.0, 0.0),
-        target=robot.mission.target, stops=[(x, y) for x, y in robot.mission.stops],
+        target=robot.mission.target if robot is not None else None,
+        stops=[(x, y) for x, y in robot.mission.stops] if robot is not None else [],
         heard=past.heard_at(name, past.tick), tables=tables, traffic=_traffic(name, robot),
     )  # fmt: skip
 
 
-def _traffic(name: str, robot: Robot) -> InTraffic | None:
-    decided = robot.decided
+def _traffic(name: str, robot: Robot | None) -> InTraffic | None:
+    decided = robot.decided if robot is not None else None
     if decided is None:
         return None
     progress, situation, joint = decided.progress, decided.situation, decided.joint

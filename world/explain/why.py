@@ -4,27 +4,36 @@ It asks the robots' own state at that tick, by the rules that they decide by, an
 heard: so it says not only what a robot waits for, but also why that does not come.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from math import hypot
 from typing import Final
 
 from swarm.messages.traffic import Claim, Record
 from swarm.robot.brain import Robot
-from swarm.traffic.joint.states import Following
+from swarm.traffic.joint.states import Following, Free
 from swarm.traffic.outputs import StepResult
 from swarm.traffic.reservations.rules import Reservations
 from swarm.traffic.settings import TrafficConstants
 from world.explain.clauses import Cause, Clause
 from world.explain.links import MOST_NAMED, Links, own_record
-from world.explain.past import Past
+from world.explain.past import Next, Past
 
 AWAKE: Final = 60  # ticks; a robot that began to answer within them listens because of that
 STILL: Final = 1e-3  # m/s
 
 
-def explain(name: str, robots: Mapping[str, Robot], past: Past, settings: TrafficConstants) -> list[Cause]:
-    """Return the chain of causes of what a robot does at the last tick of ``past``; ``robots`` are as they are then."""
-    chain = Chain(robots, past, settings)
+def explain(
+    name: str,
+    robots: Mapping[str, Robot],
+    past: Past,
+    settings: TrafficConstants,
+    next_of: Callable[[str], Next | None] = lambda name: None,
+) -> list[Cause]:
+    """Return the chain of causes of what a robot does at the last tick of ``past``.
+
+    ``robots`` are as they are then; ``next_of`` has the next answer of each, if that is known.
+    """
+    chain = Chain(robots, past, settings, next_of)
     chain.follow(name, 0)
     return chain.causes
 
@@ -32,24 +41,35 @@ def explain(name: str, robots: Mapping[str, Robot], past: Past, settings: Traffi
 class Chain(Links):
     """The chain of one explanation, while it is made."""
 
-    def follow(self, name: str, depth: int) -> None:
+    def follow(self, name: str, depth: int, *, leaves: bool = False) -> None:
         """Add why a robot does what it does, and then why those do that it waits for."""
-        if name in self._seen:
+        leaves = leaves and self._is_under_way(name)
+        if name in self._seen and not leaves:
             circle = " -> ".join([*self._seen[self._seen.index(name) :], name])
             self._say(depth, name, Clause.CIRCLE, f"{name} is in this chain already: a circle ({circle}).")
             return
         self._seen.append(name)
-        past, command = self._past, self._past.commands.get(name)
-        if command is None or command.tick < past.tick:
-            last = f"since {past.clock(command.tick)}" if command is not None else "yet"
-            text = f"{name} has not answered {last}: its process is not there, or sleeps."
-            self._say(depth, name, Clause.GONE, text)
+        if self._absent(name, depth):
             return
-        decided = self._robots[name].decided
-        if decided is None:
+        decided = self._decided(name)
+        if name not in self._robots:
+            text = f"{name} runs other code: the tape has what it answered, and not why."
+            self._say(depth, name, Clause.FOREIGN, text)
+        elif decided is None:
             self._say(depth, name, Clause.MUTE, f"{name} drives by itself: it says nothing of traffic to others.")
         elif not self._stops(name, decided, depth) and not self._plans(name, decided, depth):
-            self._goes(name, decided, depth)
+            self._goes(name, decided, depth, leaves=leaves)
+
+    def _is_under_way(self, name: str) -> bool:
+        """Return True if a robot has cells to drive through that it holds: it leaves those behind it by itself."""
+        decided = self._decided(name)
+        if decided is None or not isinstance(decided.joint.call, Free):
+            return False
+        return self._speed(name) > STILL or _has_cells_ahead(decided)
+
+    def _speed(self, name: str) -> float:
+        command = self._past.commands[name]
+        return max(abs(command.left), abs(command.right))
 
     # ---- what ends a chain
 
@@ -73,11 +93,14 @@ class Chain(Links):
 
     # ---- the next cell
 
-    def _goes(self, name: str, decided: StepResult, depth: int) -> None:
+    def _goes(self, name: str, decided: StepResult, depth: int, *, leaves: bool) -> None:
         """Add why a robot that goes its way is no farther."""
-        progress = decided.progress
-        own, command = progress.reservations, self._past.commands[name]
-        at = f"in cell {progress.head}"
+        progress, moves = decided.progress, self._speed(name) > STILL
+        own, at = progress.reservations, f"in cell {progress.head}"
+        drives = f"{name} drives at {self._speed(name):.2f} m/s; it holds the cells {_list(own.held)}"
+        if leaves and moves:
+            self._say(depth, name, Clause.DRIVES, f"{drives}.")
+            return
         if not progress.route:
             self._at_the_end(name, decided, depth)
             return
@@ -85,19 +108,21 @@ class Chain(Links):
         if decided.face is not None or decided.leans_to is not None:
             text = f"{name} checks {at} if cell {cell} is empty: only robots that have fallen silent keep it."
             self._say(depth, name, Clause.LOOKS, text, cell=cell)
-        elif decided.waits:
+        elif decided.waits and not leaves:
             other = decided.waits[0]
+            if not depth and moves and _has_cells_ahead(decided):
+                self._say(depth, name, Clause.DRIVES, f"{drives}, and no more yet.")
+                depth += 1
             self._waits(name, other, cell, decided, depth)
             if len(decided.waits) > 1:
                 text = f"{name} waits for {', '.join(decided.waits[1:])} too."
                 self._say(depth, name, self.causes[-1].clause, text)
-        elif max(abs(command.left), abs(command.right)) > STILL:
-            text = f"{name} drives at {max(command.left, command.right):.2f} m/s; it holds the cells {_list(own.held)}."
-            self._say(depth, name, Clause.DRIVES, text)
+        elif moves:
+            self._say(depth, name, Clause.DRIVES, f"{drives}.")
         elif decided.halt.threats:
             text = f"{name} stands {at}: an obstacle that moves is near it."
             self._say(depth, name, Clause.OBSTACLE, text)
-        elif progress.place(decided.body.cell) < len(own.held) - 1:
+        elif _has_cells_ahead(decided):
             text = f"{name} holds the cells {_list(own.held)}, but the tables or the safety filter turn no wheel."
             self._say(depth, name, Clause.WHEELS, text)
         elif own.claims:
@@ -109,15 +134,15 @@ class Chain(Links):
     def _at_the_end(self, name: str, decided: StepResult, depth: int) -> None:
         """Add why a robot without a way stands where it is."""
         progress, situation, plan = decided.progress, decided.situation, decided.joint.following
-        at, command = f"in cell {progress.head}", self._past.commands[name]
+        at = f"in cell {progress.head}"
         if progress.head == decided.goal.cell and self._robots[name].mission.goal is None:
             self._say(depth, name, Clause.ARRIVED, f"{name} has no stop left, and stands {at}.")
         elif progress.head == decided.goal.cell:
             self._say(depth, name, Clause.REACHES, f"{name} is in the cell of its stop, and drives to the place.")
         elif plan is not None:
             self._aside(name, plan, situation.fresh, depth)
-        elif max(abs(command.left), abs(command.right)) > STILL:
-            text = f"{name} drives at {max(command.left, command.right):.2f} m/s to the end of its way, {at}."
+        elif self._speed(name) > STILL:
+            text = f"{name} drives at {self._speed(name):.2f} m/s to the end of its way, {at}."
             self._say(depth, name, Clause.DRIVES, text)
         else:
             told = [robot for robot, record in situation.fresh.items() if record.stands]
@@ -141,6 +166,7 @@ class Chain(Links):
         """Add why a robot waits for another, by the rule that it obeys; then why that one does not end it."""
         progress, situation, past = decided.progress, decided.situation, self._past
         plan, record = decided.joint.following, situation.others.get(other)
+        theirs, behind = self._decided(other), False
         if record is None:
             self._say(depth, name, Clause.SILENT, f"{name} waits for {other}, of which it knows nothing.", other, cell)
         elif plan is not None and plan.waits_for(progress.next_step, situation) == other:
@@ -151,6 +177,7 @@ class Chain(Links):
             )
             self._say(depth, name, Clause.TURN, text, other, cell)
             left = self._now(other, lambda now: now.joint.epoch == plan.epoch and now.progress.left > place)
+            behind = theirs is not None and theirs.joint.epoch == plan.epoch and theirs.progress.steps[-1] > place
             if self._news(
                 name, other, record, lambda r: r.epoch == plan.epoch and r.left > place, left, "has left it", depth
             ):
@@ -162,6 +189,7 @@ class Chain(Links):
             )
             self._say(depth, name, Clause.HELD, text, other, cell)
             left = self._now(other, lambda now: cell not in now.progress.reservations.held)
+            behind = theirs is not None and theirs.progress.head != cell
             if self._news(name, other, record, lambda r: cell not in r.held, left, f"has left cell {cell}", depth):
                 return
         elif any(claim.cell == cell for claim in record.claims):
@@ -184,7 +212,7 @@ class Chain(Links):
         if record is not None and other not in situation.fresh and other not in situation.mutes:
             text = f"{name} has heard nothing of {other} since {past.clock(record.stamp)}."
             self._say(depth + 1, name, Clause.SILENT, text, other)
-        self.follow(other, depth + 1)
+        self.follow(other, depth + 1, leaves=behind)
 
     def _claim(self, name: str, claim: Claim, decided: StepResult, depth: int) -> None:
         """Add who has not acknowledged a claim yet, and why."""
@@ -212,9 +240,9 @@ class Chain(Links):
         past = self._past
         told = [words for words in past.said[name] if claim in own_record(words).claims]
         answers = [words for words in past.said[other] if (name, claim.number) in own_record(words).acks]
-        command, theirs = past.commands.get(other), self._robots[other].decided
+        theirs = self._decided(other)
         own = theirs.progress.reservations if theirs is not None else None
-        if command is None or command.tick < past.tick:
+        if self._is_absent(other):
             self.follow(other, depth)
         elif answers:
             self._not_heard(name, other, answers, "has acknowledged it", depth)
@@ -240,6 +268,11 @@ def _cells(claims: Sequence[Claim]) -> set[int]:
 
 def _kept(own: Reservations) -> set[int]:
     return {*own.held, *_cells(own.all_claims)}
+
+
+def _has_cells_ahead(decided: StepResult) -> bool:
+    """Return True if a robot holds cells ahead of the one that it is in."""
+    return decided.progress.place(decided.body.cell) < len(decided.progress.reservations.held) - 1
 
 
 def _list(cells: Sequence[int]) -> str:

@@ -4,11 +4,11 @@ import argparse
 import json
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from swarm.cli.parsing import Commands, Parser
 from swarm.errors import ConfigError
-from swarm.settings import MOST_ROBOTS
+from swarm.settings import MOST_ROBOTS, TAPE
 
 if TYPE_CHECKING:
     from world.explain.moment import Moment
@@ -30,17 +30,37 @@ def why(options: argparse.Namespace) -> int:
 
 
 def opened(options: argparse.Namespace) -> int:
-    """Print the whole state of a robot at a time, as JSON."""
+    """Print the whole state of a robot at a time, or a line for each robot."""
     import msgspec
+    import yaml
 
     moment = _moment(options)
-    print(json.dumps(msgspec.to_builtins(moment.state(options.robot)), indent=1))
+    names = moment.world.robots if options.robot is None else [options.robot]
+    states = [msgspec.to_builtins(moment.state(name)) for name in names]
+    found = states if options.robot is None else states[0]
+    if options.json:
+        print(json.dumps(found, indent=1))
+    elif options.robot is None:
+        print(f"at {moment.past.clock(moment.past.tick)}:")
+        print("\n".join(map(_line, states)))
+    else:
+        print(yaml.safe_dump(found, sort_keys=False, default_flow_style=None, width=120), end="")
     return 0
 
 
+def _line(state: dict[str, Any]) -> str:
+    """Return a robot's state in one line."""
+    traffic, (x, y, _) = state["traffic"], state["pose"]
+    words = [f"{state['robot']}: {state['activity'] if state['answered'] else 'has not answered'}"]
+    words.append(f"at {x:.2f}, {y:.2f} m, {max(map(abs, state['wheels'])):.2f} m/s")
+    if traffic is not None:
+        words.append(f"holds {', '.join(map(str, traffic['held']))}")
+        words += [f"waits for {', '.join(traffic['waits'])}"] * bool(traffic["waits"])
+    return "; ".join(words)
+
+
 def _moment(options: argparse.Namespace) -> "Moment":
-    from world.explain.moment import run_until
-    from world.explain.source import simulation_from
+    from world.explain.source import moment_of
 
     if not 0.0 <= options.at <= 1e6 or math.isnan(options.at):
         raise ConfigError(f"--at: expected 0 to 1e6 s, got {options.at:g}")
@@ -48,29 +68,35 @@ def _moment(options: argparse.Namespace) -> "Moment":
         raise ConfigError(f"--robots: expected 1 to {MOST_ROBOTS}, got {options.robots}")
     if options.seed is not None and not 0 <= options.seed <= 2**53:
         raise ConfigError(f"--seed: expected 0 to 2**53, got {options.seed}")
-    simulation = simulation_from(options.run, options.robots, options.seed)
-    names = simulation.world.robots
-    if options.robot not in names:
-        raise ConfigError(f"robot: expected one of {', '.join(names)}, got {options.robot!r}; this run has no other")
-    return run_until(simulation, round(options.at / simulation.world.dt))
+    moment = moment_of(options.file, options.at, run=options.run, robots=options.robots, seed=options.seed)
+    names = moment.world.robots
+    if options.robot is not None and options.robot not in names:
+        text = f"expected one of {', '.join(names)}, got {options.robot!r}; this run has no other then"
+        raise ConfigError(f"robot: {text}")
+    return moment
 
 
 def add(commands: "Commands[Parser]") -> None:
     """Add these commands to the command line."""
-    one = commands.add_parser("why", help="say why a robot does what it does at a time, to the root of it")
+    one = commands.add_parser("why", help="say why a robot does what it does at a time of a run, to the root of it")
+    one.add_argument("robot", metavar="ROBOT", help="such as r3")
     _of_a_moment(one)
-    one.add_argument("--json", action="store_true")
     one.set_defaults(command=why)
 
-    one = commands.add_parser("open", help="print all that a robot knows and has decided at a time, as JSON")
+    one = commands.add_parser("open", help="print what the robots of a run know and have decided at a time")
     _of_a_moment(one)
+    one.add_argument("robot", nargs="?", metavar="ROBOT", help="all of its state; without it, a line for each robot")
     one.set_defaults(command=opened)
 
 
 def _of_a_moment(parser: Parser) -> None:
-    parser.add_argument("robot", metavar="ROBOT", help="such as r3")
-    text = "what is run again: a scenario, as `swarm run --pace max` runs it, or a plan of `swarm storm`"
-    parser.add_argument("run", type=Path, metavar="RUN", help=text)
+    text = (
+        f"what is run again: FILE{TAPE}, the tape of a run; a scenario, as `swarm run --pace max` runs it; "
+        "or a plan of `swarm storm`"
+    )
+    parser.add_argument("file", type=Path, metavar="FILE", help=text)
     parser.add_argument("--at", type=float, required=True, metavar="SECONDS", help="time of the run")
-    parser.add_argument("--robots", type=int, metavar="N", help="by default as the scenario says")
-    parser.add_argument("--seed", type=int, metavar="S", help="by default as the scenario says")
+    parser.add_argument("--run", type=int, metavar="N", help="of a tape that has several; by default the last")
+    parser.add_argument("--robots", type=int, metavar="N", help="of a scenario; by default as it says")
+    parser.add_argument("--seed", type=int, metavar="S", help="of a scenario; by default as it says")
+    parser.add_argument("--json", action="store_true")

@@ -112,7 +112,7 @@ class Seat:
         self._world = world  # the identity of the one that is obeyed
         self.speaker: int | None = None  # what its world attaches to its messages; None: anything, or nothing
         self.sense: Sense | None = None  # not answered yet
-        self._robot = robot
+        self.robot = robot
         self.receiver = receiver
         self._repeats = Repeats(kept)
         self._log = log
@@ -136,7 +136,7 @@ class Seat:
 
     def take(self, sense: Sense) -> None:
         """Take a sense to answer, unless a newer one waits; drop one that does not fit and log each reason once."""
-        fault = self._robot.fault_of(sense) if sense.world == self._world else "it is of another world"
+        fault = self.robot.fault_of(sense) if sense.world == self._world else "it is of another world"
         if fault is not None:
             self._log_once(f"the sense was dropped: {fault}", f"tick {sense.tick}: ")
         elif (sense.run, sense.tick) <= self._newest and self._repeats.to(sense) is None:
@@ -144,7 +144,7 @@ class Seat:
         elif self.sense is None or (sense.run, sense.tick) > (self.sense.run, self.sense.tick):
             self.sense, self._until = sense, None
             self._born = self._born or (sense.run, sense.tick)
-            if sense.run != self._robot.run:
+            if sense.run != self.robot.run:
                 self.receiver.begin(sense.run)
 
     def repeat(self, sense: Sense) -> GivenAnswer | None:
@@ -205,12 +205,12 @@ class Seat:
         overdue = sense.lockstep and self._lacks(sense)
         heard = (self.receiver.exactly if sense.lockstep else self.receiver.what_came)(sense.hears, sense.tick)
         fetched = None
-        if self._robot.missed(sense):
+        if self.robot.missed(sense):
             for floor in fetch():
-                self._robot.take_map(Scenario.from_wire(floor.scenario, floor.packed), floor.edits)
+                self.robot.take_map(Scenario.from_wire(floor.scenario, floor.packed), floor.edits)
                 fetched = floor.edits
         zone = self.receiver.tune(sense.x, sense.y)
-        outputs = self._robot.step(Inputs(sense, heard))
+        outputs = self.robot.step(Inputs(sense, heard))
         self._newest = sense.run, sense.tick
         took = Took(heard=[(one.robot, one.tick) for one in heard], edits=fetched)
         last = self._repeats.last() if self._doubts else []

@@ -4,7 +4,7 @@ import msgspec
 import pytest
 
 from tests.storm.shared import plan_of
-from world.explain.moment import Moment, run_until
+from world.explain.moment import Moment, Simulated, run_until
 from world.explain.state import RobotState
 from world.faults import Faults
 from world.simulate import Simulation
@@ -12,7 +12,7 @@ from world.simulate import Simulation
 
 @pytest.fixture
 def moment() -> Moment:
-    return run_until(Simulation.of(plan_of().to_scenario(), 2, 1), 80)
+    return run_until(Simulated(Simulation.of(plan_of().to_scenario(), 2, 1)), 80)
 
 
 @pytest.mark.parametrize("robot", ["r1", "r2"])
@@ -41,7 +41,7 @@ def test_it_is_plain_data(moment: Moment) -> None:
 
 
 def test_a_dead_robot_has_not_answered_and_falls_silent() -> None:
-    moment = run_until(Simulation.of(plan_of().to_scenario(), 2, 1, Faults(killed={"r2": 1.0})), 100)
+    moment = run_until(Simulated(Simulation.of(plan_of().to_scenario(), 2, 1, Faults(killed={"r2": 1.0}))), 100)
     assert not moment.state("r2").answered
     mine = moment.state("r1").traffic
     assert mine is not None

@@ -12,7 +12,8 @@ from swarm.scenario.load import load
 from tests.shared import ROOT, with_settings
 from tests.storm.shared import plan_of
 from world.explain.clauses import Cause, Clause
-from world.explain.moment import Moment, run_until
+from world.explain.moment import Moment, Simulated, run_until
+from world.explain.past import Missed
 from world.faults import Faults, Health, Spell
 from world.simulate import Simulation
 from world.storm.uncooperative import make_mute
@@ -57,7 +58,7 @@ def first(simulation: Simulation, clause: Clause, robot: str | None = None, *, a
                 raise _FoundError
 
     with pytest.raises(_FoundError):
-        run_until(simulation, LIMIT, look)
+        run_until(Simulated(simulation), LIMIT, look)
     return found[0]
 
 
@@ -102,6 +103,7 @@ def test_a_robot_that_was_told_to_stop_stands_by_order_and_leaves_no_way_to_who_
 def test_the_holder_of_the_next_cell_is_named_and_why_it_stays() -> None:
     told = first(one_behind_the_other(Faults(killed={"r2": 2.0})), Clause.HELD, "r1")
     assert [(cause.robot, cause.clause, cause.other) for cause in told.causes] == [
+        ("r1", Clause.DRIVES, None),  # up to the cell
         ("r1", Clause.HELD, "r2"),
         ("r1", Clause.SILENT, "r2"),
         ("r2", Clause.GONE, None),
@@ -158,8 +160,8 @@ def test_a_plan_that_was_lost_by_the_radio_is_named_with_the_times_at_which_it_w
 
 def test_a_claim_that_was_not_heard_is_named_with_when_it_was_told() -> None:
     told = first(deaf(two(), 1, 0, 31), Clause.LOST, "r1")
-    assert [cause.clause for cause in told.causes] == [Clause.LACKS, Clause.LOST]
-    assert told.causes[0].other == "r2"
+    assert [cause.clause for cause in told.causes] == [Clause.DRIVES, Clause.LACKS, Clause.LOST]
+    assert told.causes[1].other == "r2"
 
 
 def test_a_broadcast_out_of_range_was_said_out_of_range() -> None:
@@ -167,7 +169,7 @@ def test_a_broadcast_out_of_range_was_said_out_of_range() -> None:
     told = first(simulation, Clause.FAR)
     past, sender, listener = told.moment.past, told.cause.robot, told.cause.other
     assert listener is not None
-    assert any(past.is_far(listener, words) for words in past.said[sender])
+    assert any(past.why_missed(listener, words) is Missed.FAR for words in past.said[sender])
     poses = {name: (sense.x, sense.y) for name, sense in past.senses.items()}
     assert distance(poses[sender], poses[listener]) > 3.0
 
@@ -254,7 +256,7 @@ def test_chains_end_at_a_root_and_never_name_a_holder_that_does_not_hold(name: s
             for cause, follows in zip(causes, [*causes[1:], None], strict=True):
                 assert cause.clause is not Clause.HELD or is_true(moment, cause, follows), causes
 
-    run_until(shipped(name, robots, radio={"loss": loss}), LIMIT, look)
+    run_until(Simulated(shipped(name, robots, radio={"loss": loss})), LIMIT, look)
     assert asked > 0
     assert thin <= asked / 100
 
@@ -269,5 +271,5 @@ def is_true(moment: Moment, cause: Cause, follows: Cause | None) -> bool:
 
 
 def test_the_same_tick_has_the_same_answer(tmp_path: Path) -> None:
-    answers = [run_until(shipped("paper", 4), 200).why("r1") for _ in range(2)]
+    answers = [run_until(Simulated(shipped("paper", 4)), 200).why("r1") for _ in range(2)]
     assert answers[0] == answers[1]

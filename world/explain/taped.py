@@ -1,0 +1,73 @@
+"""A moment of a run over processes, which is replayed from its tape."""
+
+from collections.abc import Iterator, Mapping
+
+from swarm.robot.brain import Robot
+from world.explain.moment import Moment
+from world.explain.past import Answer, Next
+from world.explain.timeline import Timeline
+from world.replay.replay import Replay
+from world.replay.values import Tick
+from world.tape.reader import TapeFile
+from world.world import World
+
+
+class Taped(Moment):
+    """A moment of a run on a tape.
+
+    Raises:
+        ConfigError: a row of the tape is none, or what it has cannot have happened.
+    """
+
+    def __init__(self, file: TapeFile) -> None:
+        self.timeline = Timeline(file)
+        self.replay = Replay(file)
+        self._run = self.replay.world.run
+        self._next: tuple[int, Mapping[int, Next]] = -1, {}  # at a number of ticks lived
+        super().__init__(self.replay.scenario.settings, self.replay.controller)
+
+    @property
+    def world(self) -> World:
+        """The world as it is then."""
+        return self.replay.world
+
+    @property
+    def robots(self) -> Mapping[str, Robot]:
+        """The robots of our code by name; a tape has what others answered, not why."""
+        seats = self.replay.seats
+        return {name: seats[name].robot for name in self.world.robots if name in seats}
+
+    def step(self) -> bool:
+        """Go on by one tick; return False if the tape ends."""
+        tick = self.replay.step()
+        if tick is None:
+            return False
+        if self.world.run != self._run:
+            self._run, self.past = self.world.run, self._no_past()
+        self.past.take(self.world.tick - 1, tick.senses, self._answers(tick), tick.joined)
+        return True
+
+    def _answers(self, tick: Tick) -> Iterator[Answer]:
+        for name, command, stepped in tick.steps:
+            if command.took is not None:
+                heard = [(robot, at) for robot, at in command.took.heard]
+            else:
+                heard = stepped.sense.hears if stepped is not None else []
+            spoken = self.replay.broadcasts.get((name, command.tick)) if command.sent else None
+            yield Answer(name, command, heard, spoken)
+
+    def next_of(self, robot: str) -> Next | None:
+        """Return when a robot answers next, by the tape."""
+        if self._next[0] != self.replay.done:
+            self._next = self.replay.done, self.timeline.after(self.replay.done)
+        return self._next[1].get(self.world.robots.index(robot), Next(None))
+
+    def run_through(self, run: int | None, tick: int) -> None:
+        """Run on through a tick of a run; None: of the last one.
+
+        Raises:
+            ConfigError: there is no such tick.
+        """
+        lived = self.timeline.last(run, tick)
+        while self.replay.done < lived and self.step():
+            pass

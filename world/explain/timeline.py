@@ -1,0 +1,82 @@
+"""What happens when on a tape, by its rows alone: the ticks that it has, and when each robot answers next."""
+
+from collections.abc import Iterator
+
+from swarm.errors import ConfigError
+from swarm.messages import Command
+from world.explain.past import Next
+from world.tape.reader import Answered, Row, TapeFile
+from world.tape.rows import GIVEN, JOIN, RESTART, RESUME, SAVE
+
+When = tuple[int, int]  # run and tick
+
+
+class Timeline:
+    """The ticks of a tape, in the order in which the world lived them.
+
+    Raises:
+        ConfigError: a row is none.
+    """
+
+    def __init__(self, file: TapeFile) -> None:
+        self._file = file
+        self.ticks = [when for when, row in _rows(file) if row.whole]
+
+    def last(self, run: int | None, tick: int) -> int:
+        """Return how many ticks the world has lived at the end of a tick: the last life counts, and the last run.
+
+        Raises:
+            ConfigError: there is no such tick.
+        """
+        runs = {one for one, _ in self.ticks}
+        if not runs:
+            raise ConfigError(f"tape {self._file.path}: expected ticks, got none; the run ended before it began")
+        run = max(runs) if run is None else run
+        if run not in runs:
+            known = f"{min(runs)} to {max(runs)}" if len(runs) > 1 else str(max(runs))
+            raise ConfigError(f"--run: expected {known}, got {run}; the tape has no other")
+        rate, newest = self._file.head.map.scenario.settings.rate, max(at for one, at in self.ticks if one == run)
+        if not 0 <= tick <= newest:
+            text = f"expected 0 to {newest / rate:.2f} s, got {tick / rate:g}; the tape ends there"
+            raise ConfigError(f"--at: {text}")
+        return len(self.ticks) - self.ticks[::-1].index((run, tick))
+
+    def after(self, lived: int) -> dict[int, Next]:
+        """Return what robots, by number, do next once the world has lived some ticks; others do not answer again."""
+        found, born, so_far = dict[int, Next](), set[int](), 0
+        run = self.ticks[lived - 1][0] if lived else None
+        for (now, tick), row in _rows(self._file):
+            if so_far >= lived:
+                if now != run:
+                    break
+                for robot, sensed in _answers(row, tick, born):
+                    found.setdefault(robot, Next(tick, sensed, robot in born))
+            so_far += row.whole
+        return found
+
+
+def _rows(file: TapeFile) -> Iterator[tuple[When, Row]]:
+    """Yield the rows, each with the run and tick in which it ends."""
+    run, tick, saved = file.head.run, 0, dict[int, When]()
+    for row in file.rows():
+        for item in row.items:
+            if item == RESTART:
+                run, tick = run + 1, 0
+            elif isinstance(item, list) and item[0] == RESUME:
+                run, tick = saved.get(item[1], (run, tick))
+        if SAVE in row.items:
+            saved[row.number] = run, tick
+        yield (run, tick), row
+        tick += row.whole
+
+
+def _answers(row: Row, tick: int, born: set[int]) -> Iterator[tuple[int, int]]:
+    """Yield the robots that answer in a row, and the ticks that they answer; ``born`` gets those that join in it."""
+    for item in row.items:
+        match item:
+            case Answered():
+                yield item.robot, tick - item.lag
+            case [kind, int(robot), Command() as command] if kind == GIVEN:
+                yield robot, command.tick
+            case [kind, int(robot), bool()] if kind == JOIN:
+                born.add(robot)
