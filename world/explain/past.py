@@ -79,11 +79,14 @@ class Past:
         self.senses = senses
         for name, sense in senses.items():
             self._listed[name].update(sense.hears)
+        if tick <= self.tick:  # the world was started again: the answers of its first life do not count
+            self.came.clear()
         for name in joined:
             self.since.pop(name, None)
+            self.came.pop(name, None)
             self._heard[name].clear()
         for name, command, heard, words in answers:
-            if name not in self.since or tick - self.came[name] > BREAK:
+            if name not in self.since or tick - self.came.get(name, tick) > BREAK:
                 self.since[name] = tick
             self.commands[name], self.came[name] = command, tick
             for pair in heard:

@@ -55,8 +55,10 @@ class Chain(Links):
         if name not in self._robots:
             text = f"{name} runs other code: the tape has what it answered, and not why."
             self._say(depth, name, Clause.FOREIGN, text)
-        elif decided is None:
+        elif decided is None and self._past.said[name] and self._past.said[name][-1].traffic is None:
             self._say(depth, name, Clause.MUTE, f"{name} drives by itself: it says nothing of traffic to others.")
+        elif decided is None:
+            self._say(depth, name, Clause.LISTENS, f"{name} has just started, and has decided nothing yet.")
         elif not self._stops(name, decided, depth) and not self._plans(name, decided, depth):
             self._goes(name, decided, depth, leaves=leaves)
 
@@ -192,8 +194,7 @@ class Chain(Links):
             behind = theirs is not None and theirs.progress.head != cell
             if self._news(name, other, record, lambda r: cell not in r.held, left, f"has left cell {cell}", depth):
                 return
-        elif any(claim.cell == cell for claim in record.claims):
-            stamp = next(claim.stamp for claim in record.claims if claim.cell == cell)
+        elif (stamp := _goes_first(other, name, cell, record.claims, progress.reservations.claims)) is not None:
             text = (
                 f"{name} waits in cell {progress.head} for cell {cell}: {other} has claimed it since "
                 f"{past.clock(stamp)}, and goes first."
@@ -253,13 +254,19 @@ class Chain(Links):
         elif own is not None and claim.cell in own.held:
             self._say(depth, name, Clause.HELD, f"{other} holds cell {claim.cell} itself.", other, claim.cell)
             self.follow(other, depth)
-        elif own is not None and claim.cell in _cells(own.all_claims):
-            stamp = next(one.stamp for one in own.all_claims if one.cell == claim.cell)
+        elif own is not None and ((stamp := _goes_first(other, name, claim.cell, own.all_claims, [claim])) is not None):
             text = f"{other} has claimed cell {claim.cell} itself since {past.clock(stamp)}, and goes first."
             self._say(depth, name, Clause.CLAIMED, text, other, claim.cell)
             self.follow(other, depth)
         else:
             self._say(depth, other, Clause.COMING, f"{other} has heard that, and says so in its next broadcast.")
+
+
+def _goes_first(other: str, name: str, cell: int, theirs: Sequence[Claim], own: Sequence[Claim]) -> int | None:
+    """Return the tick of another robot's claim of a cell if that goes before the robot's own one, else None."""
+    mine = next((claim.stamp for claim in own if claim.cell == cell), None)
+    stamp = next((claim.stamp for claim in theirs if claim.cell == cell), None)
+    return stamp if stamp is not None and (mine is None or (stamp, other) < (mine, name)) else None
 
 
 def _cells(claims: Sequence[Claim]) -> set[int]:

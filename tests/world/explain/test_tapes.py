@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from swarm.errors import ConfigError
 from swarm.scenario.load import load
 from tests.shared import ROOT
 from tests.storm.shared import plan_of
@@ -11,8 +12,11 @@ from tests.world.explain.recorded import Recorded
 from world.explain.clauses import Cause, Clause
 from world.explain.moment import Simulated, run_until
 from world.explain.taped import Taped
+from world.explain.timeline import Timeline
+from world.fleet.publisher import floor
 from world.simulate import Simulation
 from world.tape.reader import TapeFile
+from world.tape.writer import Tape
 
 
 @pytest.fixture
@@ -111,3 +115,29 @@ def test_a_broadcast_that_the_radio_carried_and_the_network_did_not_is_under_way
     found = [cause for _ in iter(taped.step, False) for cause in taped.why("r1")]
     coming = [cause for cause in found if "still on its way through the network" in cause.text]
     assert {(cause.robot, cause.clause) for cause in coming} == {("r1", Clause.COMING)}
+
+
+def test_the_last_run_and_the_last_life_of_a_tick_count(tmp_path: Path) -> None:
+    """A world that was killed lives ticks again; a restart begins a new run, from tick 0."""
+    path, scenario = tmp_path / "run.swarm", plan_of().to_scenario()
+    world = Simulation.of(scenario, 2, 1).world
+    tape = Tape(path, lambda line: None)
+    tape.begin(
+        seed=1, pace="1", limit=9.0, identity="local", run=0, outside=[], map=floor(scenario, world),
+    )  # fmt: skip
+    for number in range(12):
+        if number == 4:
+            saved = tape.saved()
+        if number == 6:
+            tape.close()
+            tape.go_on(saved, "local")
+        if number == 9:
+            tape.restarted()
+        tape.step()
+    tape.close()
+    timeline = Timeline(TapeFile(path))
+    assert timeline.ticks == [*((0, tick) for tick in (0, 1, 2, 3, 4, 5, 4, 5, 6)), (1, 0), (1, 1), (1, 2)]
+    assert timeline.last(0, 5) == 8
+    assert timeline.last(None, 1) == 11
+    with pytest.raises(ConfigError, match="--run: expected 0 to 1, got 2"):
+        timeline.last(2, 0)

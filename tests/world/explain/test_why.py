@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import pytest
 
@@ -21,6 +21,17 @@ from world.storm.uncooperative import make_mute
 LIMIT: Final = 1200  # ticks, a minute
 ENDS: Final = frozenset(Clause) - {  # where a chain may end; the others only lead on
     Clause.HELD, Clause.CLAIMED, Clause.TURN, Clause.LACKS, Clause.STANDS, Clause.SILENT, Clause.UNKNOWN,
+}  # fmt: skip
+
+
+ALLEY: Final = "\n".join(["#" * 27] * 3 + [f"###{'.' * 21}###"] * 3 + ["#" * 27] * 3) + "\n"  # one robot wide
+ENDS_OF_ALLEY: Final[dict[str, Any]] = {
+    "start": {"poses": [[1.8, 1.8, 0.0], [9.0, 1.8, 3.1]]}, "own_targets": [[[9.0, 1.8]], [[1.8, 1.8]]],
+}  # fmt: skip
+
+
+BEND: Final[dict[str, Any]] = {  # r2 begins in the corridor's bay
+    "start": {"poses": [[1.8, 3.0, 0.0], [7.8, 4.2, 0.0]]}, "own_targets": [[[7.8, 4.2]], [[15.0, 3.0]]],
 }  # fmt: skip
 
 
@@ -175,8 +186,7 @@ def test_a_broadcast_out_of_range_was_said_out_of_range() -> None:
 
 
 def test_the_cell_of_a_robot_that_has_long_been_silent_is_looked_at() -> None:
-    bend = {"start": {"poses": [[1.8, 3.0, 0.0], [7.8, 4.2, 0.0]]}, "own_targets": [[[7.8, 4.2]], [[15.0, 3.0]]]}
-    told = first(shipped("corridor", 2, Faults(killed={"r2": 1.0}), **bend), Clause.LOOKS, "r1")
+    told = first(shipped("corridor", 2, Faults(killed={"r2": 1.0}), **BEND), Clause.LOOKS, "r1")
     decided = told.moment.robots["r1"].decided
     assert decided is not None
     assert told.cause.cell in decided.situation.others["r2"].held
@@ -226,9 +236,41 @@ def test_a_robot_that_was_sent_aside_names_those_that_have_to_pass() -> None:
 
 
 def test_a_circle_is_named_and_ends_the_chain() -> None:
-    told = first(shipped("crossing", 8), Clause.CIRCLE)
-    assert told.causes[-1].clause is Clause.CIRCLE
-    assert len({cause.robot for cause in told.causes}) >= 2
+    told = first(two(map={"text": ALLEY, "cell": 0.4}, **ENDS_OF_ALLEY), Clause.CIRCLE, after=240)
+    assert [(cause.robot, cause.clause, cause.other) for cause in told.causes] == [
+        ("r1", Clause.HELD, "r2"),
+        ("r2", Clause.HELD, "r1"),
+        ("r1", Clause.CIRCLE, None),
+    ]
+
+
+def test_a_robot_that_is_driving_out_of_a_cell_is_no_link_of_a_circle() -> None:
+    """By a plan in `office`, r7 drives out of a cell that r4 waits for, and will wait for r4 two cells farther on."""
+    moment = run_until(Simulated(shipped("office", 8)), 790)
+    *_, mine, theirs = moment.why("r4")
+    assert (mine.clause, mine.other) == (Clause.TURN, "r7")
+    assert (theirs.robot, theirs.clause) == ("r7", Clause.DRIVES)
+    decided = moment.robots["r7"].decided
+    assert decided is not None
+    assert decided.waits == ("r4",)
+
+
+def test_of_two_that_claim_a_cell_only_one_waits_for_the_other() -> None:
+    """In `crossing`, r1 has claimed a cell a tick before r2: both name the other as the one that they wait for."""
+    moment = run_until(Simulated(shipped("crossing", 8)), 205)
+    younger = [cause for cause in moment.why("r2") if cause.clause is Clause.CLAIMED]
+    assert [cause.other for cause in younger] == ["r1"]
+    assert Clause.CLAIMED not in {cause.clause for cause in moment.why("r1")}
+
+
+def test_a_robot_that_may_drive_and_turns_no_wheel_is_named_as_one() -> None:
+    told = first(two(Faults(spells=(Spell("r1", Health.HELD_UP, 60, 10),))), Clause.WHEELS, "r1")
+    assert told.moment.past.tick == 60
+
+
+def test_a_broadcast_behind_a_wall_is_not_called_lost() -> None:
+    past = run_until(Simulated(shipped("corridor", 2, radio={"line_of_sight": True}, **BEND)), 40).past
+    assert {past.why_missed("r1", words) for words in past.said["r2"]} == {Missed.HIDDEN}
 
 
 @pytest.mark.parametrize(
@@ -239,6 +281,7 @@ def test_a_circle_is_named_and_ends_the_chain() -> None:
         pytest.param("doorway", 12, 0.2, marks=pytest.mark.long("a minute of 12 robots")),
         pytest.param("crossing", 8, 0.0, marks=pytest.mark.long("a minute of 8 robots")),
         pytest.param("circle", 8, 0.3, marks=pytest.mark.long("a minute of 8 robots")),
+        pytest.param("office", 8, 0.0, marks=pytest.mark.long("a minute of 8 robots")),
     ],
 )
 def test_chains_end_at_a_root_and_never_name_a_holder_that_does_not_hold(name: str, robots: int, loss: float) -> None:
@@ -252,9 +295,10 @@ def test_chains_end_at_a_root_and_never_name_a_holder_that_does_not_hold(name: s
             causes = moment.why(robot)
             asked += 1
             thin += causes[-1].clause is Clause.UNKNOWN
+            assert causes[-1].clause is not Clause.CIRCLE, "plans resolve all of them here"
             assert causes[-1].clause in ENDS or causes[-1].clause is Clause.UNKNOWN, causes
             for cause, follows in zip(causes, [*causes[1:], None], strict=True):
-                assert cause.clause is not Clause.HELD or is_true(moment, cause, follows), causes
+                assert cause.clause not in {Clause.HELD, Clause.CLAIMED} or is_true(moment, cause, follows), causes
 
     run_until(Simulated(shipped(name, robots, radio={"loss": loss})), LIMIT, look)
     assert asked > 0
@@ -262,12 +306,14 @@ def test_chains_end_at_a_root_and_never_name_a_holder_that_does_not_hold(name: s
 
 
 def is_true(moment: Moment, cause: Cause, follows: Cause | None) -> bool:
-    """Return True if the robot named holds the cell, or the next line says that it has left it."""
+    """Return True if the robot named holds or claims the cell, or the next line says that it does not any more."""
     assert cause.other is not None
     decided = moment.robots[cause.other].decided
     assert decided is not None
+    own = decided.progress.reservations
+    claims = {claim.cell for claim in own.all_claims} if cause.clause is Clause.CLAIMED else set()
     ended = follows is not None and follows.clause in {Clause.LOST, Clause.FAR, Clause.COMING}
-    return cause.cell in decided.progress.reservations.held or ended
+    return cause.cell in {*own.held, *claims} or ended
 
 
 def test_the_same_tick_has_the_same_answer(tmp_path: Path) -> None:
