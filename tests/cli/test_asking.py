@@ -40,6 +40,19 @@ def test_why_names_the_cause_on_a_tape(tape: str, capsys: Capture) -> None:
     assert capsys.readouterr().out.startswith("r1 at 0.50 s:\nr1 only listens")
 
 
+def test_why_proves_what_it_names(plan: str, tape: str, capsys: Capture) -> None:
+    assert main(["why", "r1", tape, "--at", "0.5", "--prove"]) == 0
+    assert capsys.readouterr().out.endswith(
+        "Nothing to prove: the robot does not wait, or for nothing that can be changed.\n"
+    )
+    assert main(["why", "r2", plan, "--at", "3", "--prove"]) == 0
+    assert capsys.readouterr().out.splitlines()[-1].startswith("With r2 answering, r2 waits ")
+    assert main(["why", "r2", plan, "--at", "3", "--prove", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert [cause["clause"] for cause in found["causes"]] == ["gone"]
+    assert [(proof["change"], proof["before"]) for proof in found["proofs"]] == [("r2 answering", None)]
+
+
 def test_open_prints_the_state_in_a_shipped_scenario(capsys: Capture) -> None:
     assert main(["open", "corridor", "r1", "--at", "8", "--json"]) == 0
     state = json.loads(capsys.readouterr().out)

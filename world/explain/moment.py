@@ -5,12 +5,13 @@ from collections.abc import Callable, Mapping
 
 from swarm.fuzzy import Controller
 from swarm.robot.brain import Robot
-from swarm.settings import Settings
+from swarm.scenario.load import Scenario
 from swarm.traffic.lattice.placement import traffic_settings
 from world.explain.clauses import Cause
 from world.explain.past import Answer, Next, Past
 from world.explain.state import RobotState, state_of
 from world.explain.why import explain
+from world.faults import SILENT
 from world.simulate import Simulation
 from world.world import World
 
@@ -18,16 +19,16 @@ from world.world import World
 class Moment(ABC):
     """The end of one tick: robots and world as they are then, and all that was said before."""
 
-    def __init__(self, settings: Settings, controller: Controller) -> None:
-        self.settings = settings
+    def __init__(self, scenario: Scenario, controller: Controller) -> None:
+        self.scenario = scenario
         self.controller = controller
-        self._traffic = traffic_settings(settings)
+        self._traffic = traffic_settings(scenario.settings)
         self.past = self._no_past()
 
     def _no_past(self) -> Past:
         """Return the past of a run that has not begun."""
         physics = self.world.bodies.physics
-        return Past(self.settings.radio, self.settings.rate, physics.sees)
+        return Past(self.scenario.settings.radio, self.scenario.settings.rate, physics.sees)
 
     @property
     @abstractmethod
@@ -39,9 +40,18 @@ class Moment(ABC):
     def robots(self) -> Mapping[str, Robot]:
         """The robots by name whose inner state is known, in the order of their numbers."""
 
+    @property
+    def outside(self) -> list[str]:
+        """The robots whose body is outside the world."""
+        return []
+
     @abstractmethod
     def step(self) -> bool:
         """Go on by one tick; return False if the run is over."""
+
+    @abstractmethod
+    def is_away(self, robot: str, tick: int) -> bool:
+        """Return True if a robot that is asked at a tick to come does not answer, by what happened to it."""
 
     def next_of(self, robot: str) -> Next | None:
         """Return what is known of a robot's next answer; None: nothing."""
@@ -61,7 +71,7 @@ class Moment(ABC):
         Raises:
             KeyError: there is no such robot.
         """
-        return state_of(robot, self.robots.get(robot), self.past, self.settings, self.controller)
+        return state_of(robot, self.robots.get(robot), self.past, self.scenario.settings, self.controller)
 
 
 class Simulated(Moment):
@@ -69,7 +79,7 @@ class Simulated(Moment):
 
     def __init__(self, simulation: Simulation) -> None:
         self._simulation = simulation
-        super().__init__(simulation.scenario.settings, simulation.controller)
+        super().__init__(simulation.scenario, simulation.controller)
 
     @property
     def world(self) -> World:
@@ -81,10 +91,15 @@ class Simulated(Moment):
         """The robots by name."""
         return {robot.name: robot for robot in self._simulation.robots}
 
+    def is_away(self, robot: str, tick: int) -> bool:
+        """Return True if a robot that is asked at a tick to come does not answer."""
+        drill = self._simulation.drill
+        return drill.health(robot, tick * self.world.dt, leads=False) in SILENT
+
     def step(self) -> bool:
         """Go on by one tick; return False if the run is over."""
         world = self.world
-        if world.finished or world.time >= self.settings.limit:
+        if world.finished or world.time >= self.scenario.settings.limit:
             return False
         now, done = world.tick, self._simulation.step()
         answers = [

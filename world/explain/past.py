@@ -65,7 +65,7 @@ class Past:
         self.senses: Mapping[str, Sense] = {}  # of the last tick
         self.notes: dict[str, dict[str, Note]] = defaultdict(dict)  # of each robot, the last one of each kind
         self.said: dict[str, list[Broadcast]] = defaultdict(list)  # of each robot, oldest first
-        self._words: dict[Pair, Broadcast] = {}
+        self.words: dict[Pair, Broadcast] = {}  # all that was said
         self._sent: dict[Pair, int] = {}  # tick in which a broadcast was on the air
         self._listed: dict[str, set[Pair]] = defaultdict(set)  # of each robot: what its senses say that it hears
         self._heard: dict[str, dict[Pair, int]] = defaultdict(dict)  # of each robot: broadcast, and when it was heard
@@ -93,9 +93,9 @@ class Past:
                 self._heard[name].setdefault(pair, tick)
             for kind, text in command.notes:
                 self.notes[name][kind] = Note(tick, kind, text)
-            if words is not None and (name, words.tick) not in self._words:
+            if words is not None and (name, words.tick) not in self.words:
                 self.said[name].append(words)
-                self._words[name, words.tick] = words
+                self.words[name, words.tick] = words
                 self._sent[name, words.tick] = tick
         self.tick = tick
 
@@ -116,7 +116,7 @@ class Past:
         heard = self._heard[name]
         if (words.robot, words.tick) in heard:
             return True
-        later = (self._words[pair].traffic for pair in heard if pair[1] >= words.tick and pair in self._words)
+        later = (self.words[pair].traffic for pair in heard if pair[1] >= words.tick and pair in self.words)
         return any(
             relayed.record.robot == words.robot and relayed.record.stamp >= words.tick
             for traffic in later

@@ -24,7 +24,7 @@ class Taped(Moment):
         self.replay = Replay(file)
         self._run = self.replay.world.run
         self._next: tuple[int, Mapping[int, Next]] = -1, {}  # at a number of ticks lived
-        super().__init__(self.replay.scenario.settings, self.replay.controller)
+        super().__init__(self.replay.scenario, self.replay.controller)
 
     @property
     def world(self) -> World:
@@ -36,6 +36,11 @@ class Taped(Moment):
         """The robots of our code by name; a tape has what others answered, not why."""
         seats = self.replay.seats
         return {name: seats[name].robot for name in self.world.robots if name in seats}
+
+    @property
+    def outside(self) -> list[str]:
+        """The robots whose body is outside the world."""
+        return self.replay.head.outside
 
     def step(self) -> bool:
         """Go on by one tick; return False if the tape ends."""
@@ -55,6 +60,13 @@ class Taped(Moment):
                 heard = stepped.sense.hears if stepped is not None else []
             spoken = self.replay.broadcasts.get((name, command.tick)) if command.sent else None
             yield Answer(name, command, heard, spoken)
+
+    def is_away(self, robot: str, tick: int) -> bool:
+        """Return True if a robot was away in the last tick, and has not come back by a tick to come."""
+        coming = self.next_of(robot)
+        if self.past.answers(robot) or coming is None:
+            return False
+        return coming.came is None or tick < coming.came
 
     def next_of(self, robot: str) -> Next | None:
         """Return when a robot answers next, by the tape."""

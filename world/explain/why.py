@@ -153,6 +153,8 @@ class Chain(Links):
             text = f"{name} finds no way from cell {progress.head} to its goal, cell {decided.goal.cell}"
             text += f", round {shut[0]}." if shut else "."
             self._say(depth, name, Clause.CUT_OFF, text, told[0] if told else None)
+            if told:
+                self.follow(told[0], depth + 1)
 
     def _aside(self, name: str, plan: Following, fresh: Mapping[str, Record], depth: int) -> None:
         under_way = [
@@ -163,6 +165,8 @@ class Chain(Links):
         until = f"until {', '.join(under_way)} have passed" if under_way else "until it gets on alone"
         text = f"{name} was sent aside by the joint plan of {plan.epoch.leader} and stays {until}."
         self._say(depth, name, Clause.ASIDE, text, under_way[0] if under_way else None)
+        if under_way:
+            self.follow(under_way[0], depth + 1)
 
     def _waits(self, name: str, other: str, cell: int, decided: StepResult, depth: int) -> None:
         """Add why a robot waits for another, by the rule that it obeys; then why that one does not end it."""

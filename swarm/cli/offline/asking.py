@@ -19,13 +19,21 @@ def why(options: argparse.Namespace) -> int:
     import msgspec
 
     from world.explain.clauses import as_text
+    from world.explain.prove import prove
 
     moment = _moment(options)
-    causes = moment.why(options.robot)
+    causes, at = moment.why(options.robot), moment.past.clock(moment.past.tick)
+    proofs = prove(options.robot, causes, moment, lambda: _moment(options)) if options.prove else []
     if options.json:
-        print(json.dumps([msgspec.to_builtins(cause._asdict()) for cause in causes], indent=1))
-    else:
-        print(f"{options.robot} at {moment.past.clock(moment.past.tick)}:\n{as_text(causes)}")
+        found = [msgspec.to_builtins(one._asdict()) for one in causes]
+        proved = [one._asdict() for one in proofs]
+        print(json.dumps({"causes": found, "proofs": proved} if options.prove else found, indent=1))
+        return 0
+    print(f"{options.robot} at {at}:\n{as_text(causes)}")
+    for proof in proofs:
+        print(proof.text)
+    if options.prove and not proofs:
+        print("Nothing to prove: the robot does not wait, or for nothing that can be changed.")
     return 0
 
 
@@ -81,6 +89,8 @@ def add(commands: "Commands[Parser]") -> None:
     one = commands.add_parser("why", help="say why a robot does what it does at a time of a run, to the root of it")
     one.add_argument("robot", metavar="ROBOT", help="such as r3")
     _of_a_moment(one)
+    text = "change what the answer names, run on in memory, and say what would have been"
+    one.add_argument("--prove", action="store_true", help=text)
     one.set_defaults(command=why)
 
     one = commands.add_parser("open", help="print what the robots of a run know and have decided at a time")

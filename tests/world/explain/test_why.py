@@ -108,7 +108,10 @@ def test_a_robot_that_was_told_to_stop_stands_by_order_and_leaves_no_way_to_who_
     simulation = one_behind_the_other()
     simulation.world.request("r2", RobotAction(do=RobotDo.STOP))
     told = first(simulation, Clause.CUT_OFF, "r1")
-    assert (told.cause.other, [cause.clause for cause in told.moment.why("r2")]) == ("r2", [Clause.ORDER])
+    assert [(cause.robot, cause.clause, cause.other) for cause in told.causes] == [
+        ("r1", Clause.CUT_OFF, "r2"),
+        ("r2", Clause.ORDER, None),
+    ]
 
 
 def test_the_holder_of_the_next_cell_is_named_and_why_it_stays() -> None:
