@@ -21,7 +21,7 @@ GROUPS: Final[dict[str, tuple[str, ...]]] = {  # heading: the commands under it 
     "steer it": ("go", "pause", "resume", "restart", "stop", "setup", "edit", "add-robots"),
     "give its robots orders": ("order", "pool", "go-on", "home", "cancel"),
     "look at it": ("status", "watch", "logs", "ls", "topics", "echo", "hz"),
-    "paths, rules and recorded runs": ("replay", "why", "open", "plan", "explain", "analyze"),
+    "paths, rules and recorded runs": ("replay", "why", "open", "diff", "plan", "explain", "analyze"),
     "test it and work on it": ("storm", "drill", "bench", "schema"),
     "help": ("help", "completion"),
 }

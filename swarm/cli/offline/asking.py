@@ -84,9 +84,29 @@ def _moment(options: argparse.Namespace) -> "Moment":
     return moment
 
 
+def diff(options: argparse.Namespace) -> int:
+    """Print where two runs part; return 0 if they do not, else 1."""
+    from world.explain.parting import MOST_NAMED, heads, parting
+    from world.tape.reader import TapeFile
+
+    files = TapeFile(options.one), TapeFile(options.other)
+    known = heads(*files)
+    for values in known[:MOST_NAMED]:
+        print(f"before they began: {values.text}")
+    if len(known) > MOST_NAMED:
+        print(f"and {len(known) - MOST_NAMED} more")
+    found = parting(*files)
+    if found is None:
+        print(f"no difference in {min(file.ticks for file in files)} ticks")
+        return 0
+    print(f"first difference at {found.time:.2f} s (tick {found.tick}): {found.robot}: {found.values.text}")
+    print(found.cause)
+    return 1
+
+
 def add(commands: "Commands[Parser]") -> None:
     """Add these commands to the command line."""
-    one = commands.add_parser("why", help="say why a robot does what it does at a time of a run, to the root of it")
+    one = commands.add_parser("why", help="say why a robot of a run does what it does at a time")
     one.add_argument("robot", metavar="ROBOT", help="such as r3")
     _of_a_moment(one)
     text = "change what the answer names, run on in memory, and say what would have been"
@@ -97,6 +117,11 @@ def add(commands: "Commands[Parser]") -> None:
     _of_a_moment(one)
     one.add_argument("robot", nargs="?", metavar="ROBOT", help="all of its state; without it, a line for each robot")
     one.set_defaults(command=opened)
+
+    one = commands.add_parser("diff", help="say where two runs part, by their tapes, and what is behind it")
+    one.add_argument("one", type=Path, metavar=f"A{TAPE}")
+    one.add_argument("other", type=Path, metavar=f"B{TAPE}")
+    one.set_defaults(command=diff)
 
 
 def _of_a_moment(parser: Parser) -> None:

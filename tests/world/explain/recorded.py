@@ -22,9 +22,11 @@ NOTHING: Mapping[str, int] = {}
 class Recorded:
     """A run in real time, without processes, and its tape."""
 
-    def __init__(self, path: Path, scenario: Scenario, robots: int) -> None:
+    def __init__(self, path: Path, scenario: Scenario, robots: int, *, seed: int = 1) -> None:
         self.path = path
-        self._run = Run(Mock(spec=Bus), scenario, robots, 1, 1.0, 300.0, False, 0, None, lambda line: None, tape=path)
+        self._run = Run(
+            Mock(spec=Bus), scenario, robots, seed, 1.0, 300.0, False, 0, None, lambda line: None, tape=path
+        )
         self._maker = InProcess(
             world=self._run.world, scenario=self._run.scenario, controller=Controller(scenario.profile)
         )
