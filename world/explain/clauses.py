@@ -18,6 +18,7 @@ class Clause(StrEnum):
     CALLS = "calls"  # it leads, and waits until the members stand
     SEARCHES = "searches"  # it leads, and searches
     ASKED = "asked"  # who asked for the joint plan
+    ALSO = "also"  # it waits for others too
     TURN = "turn"  # in a joint plan, another robot goes first
     HELD = "held"  # another robot holds the cell
     CLAIMED = "claimed"  # another robot has claimed the cell, and goes first

@@ -115,10 +115,11 @@ class Chain(Links):
             if not depth and moves and _has_cells_ahead(decided):
                 self._say(depth, name, Clause.DRIVES, f"{drives}, and no more yet.")
                 depth += 1
+            first = len(self.causes)
             self._waits(name, other, cell, decided, depth)
             if len(decided.waits) > 1:
                 text = f"{name} waits for {', '.join(decided.waits[1:])} too."
-                self._say(depth, name, self.causes[-1].clause, text)
+                self.causes.insert(first + 1, Cause(depth, name, Clause.ALSO, text))
         elif moves:
             self._say(depth, name, Clause.DRIVES, f"{drives}.")
         elif decided.halt.threats:
