@@ -125,7 +125,9 @@ class Links(ABC):
         return True
 
     def _asked(self, leader: str, epoch: Epoch, depth: int) -> None:
-        """Add who asked a leader for a joint plan."""
+        """Add who asked a leader for a joint plan, once."""
+        if any(cause.clause is Clause.ASKED and cause.other == leader for cause in self.causes):
+            return
         for robot, row in sorted(self._past.said.items()):
             asked = [
                 words for words in row
