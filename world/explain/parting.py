@@ -42,6 +42,7 @@ class Parting(NamedTuple):
     robot: str
     values: Values
     cause: str
+    timing: bool = False  # processes or the network were slower or faster in one of them
 
 
 class Answer(NamedTuple):
@@ -90,12 +91,26 @@ def parting(one: TapeFile, other: TapeFile) -> Parting | None:
             return found
 
 
+def parting_by_rules(one: TapeFile, other: TapeFile) -> Parting | None:
+    """Return the first answer that the other run's rules and settings would have changed in the first run.
+
+    None: they are the same, or would have changed nothing. So runs are compared that part by their timing.
+
+    Raises:
+        ConfigError: a row is none.
+    """
+    changed, scenario = TapeFile(one.path), other.head.map.scenario
+    mine = msgspec.structs.replace(scenario, starts=one.head.map.scenario.starts)
+    changed.head = msgspec.structs.replace(one.head, map=msgspec.structs.replace(one.head.map, scenario=mine))
+    return parting(one, changed) if mine != one.head.map.scenario else None
+
+
 def _of_a_tick(runs: tuple[Replay, Replay], ticks: tuple[Tick, Tick], known: list[Values]) -> Parting | None:
     """Return the first difference of a tick: what robots sense, then who answers with what heard, then the answers."""
     now, dt = runs[0].world.tick - 1, runs[0].world.dt
 
-    def at(robot: str, values: Values, cause: str) -> Parting:
-        return Parting(now, now * dt, robot, values, cause)
+    def at(robot: str, values: Values, cause: str, *, timing: bool = False) -> Parting:
+        return Parting(now, now * dt, robot, values, cause, timing)
 
     for values in differences(
         {"run": runs[0].world.run, "tick": now}, {"run": runs[1].world.run, "tick": runs[1].world.tick - 1}
@@ -109,10 +124,14 @@ def _of_a_tick(runs: tuple[Replay, Replay], ticks: tuple[Tick, Tick], known: lis
         mine, theirs = (row.get(name, []) for row in answers)
         when = [[answer.command.tick for answer in row] for row in (mine, theirs)]
         for values in differences(when[0], when[1], "answers"):
-            return at(name, values, "its process, the machine or the network was slower or faster, or was ended")
+            return at(
+                name, values, "its process, the machine or the network was slower or faster, or was ended", timing=True
+            )
         for first, second in zip(mine, theirs, strict=True):
             for values in differences(first.heard, second.heard, "heard"):
-                return at(name, values, "the network was slower or faster: it stepped with other broadcasts")
+                return at(
+                    name, values, "the network was slower or faster: it stepped with other broadcasts", timing=True
+                )
         for first, second in zip(mine, theirs, strict=True):
             for values in differences(first.command, second.command, "command"):
                 return at(name, values, _of_an_answer(runs, name, first.command, second.command, known))

@@ -12,6 +12,7 @@ from swarm.settings import MOST_ROBOTS, TAPE
 
 if TYPE_CHECKING:
     from world.explain.moment import Moment
+    from world.explain.parting import Parting
 
 
 def why(options: argparse.Namespace) -> int:
@@ -86,7 +87,7 @@ def _moment(options: argparse.Namespace) -> "Moment":
 
 def diff(options: argparse.Namespace) -> int:
     """Print where two runs part; return 0 if they do not, else 1."""
-    from world.explain.parting import MOST_NAMED, heads, parting
+    from world.explain.parting import MOST_NAMED, heads, parting, parting_by_rules
     from world.tape.reader import TapeFile
 
     files = TapeFile(options.one), TapeFile(options.other)
@@ -99,9 +100,15 @@ def diff(options: argparse.Namespace) -> int:
     if found is None:
         print(f"no difference in {min(file.ticks for file in files)} ticks")
         return 0
-    print(f"first difference at {found.time:.2f} s (tick {found.tick}): {found.robot}: {found.values.text}")
-    print(found.cause)
+    print(_first(found))
+    if found.timing and (ruled := parting_by_rules(*files)) is not None:
+        print(f"with the second run's rules and settings in the first run: {_first(ruled)}")
     return 1
+
+
+def _first(found: "Parting") -> str:
+    where = f"first difference at {found.time:.2f} s (tick {found.tick})"
+    return f"{where}: {found.robot}: {found.values.text}\n{found.cause}"
 
 
 def add(commands: "Commands[Parser]") -> None:

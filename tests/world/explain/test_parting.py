@@ -15,7 +15,7 @@ from swarm.scenario.load import Scenario
 from swarm.traffic.settings import TrafficConstants
 from tests.storm.shared import plan_of
 from tests.world.explain.recorded import Recorded
-from world.explain.parting import Parting, heads, parting
+from world.explain.parting import Parting, heads, parting, parting_by_rules
 from world.tape.reader import TapeFile
 
 TICKS = 160
@@ -32,6 +32,16 @@ def make(tmp_path: Path) -> Make:
         return recorded.run(40).run(10, **run).run(TICKS - 50).done()
 
     return record
+
+
+def changed_rules() -> tuple[str, Scenario]:
+    """Return a behaviour, and the scenario with another speed in all of its rules."""
+    scenario = plan_of().to_scenario()
+    raw = msgspec.to_builtins(scenario.profile.to_builtins())
+    (name, table), *_ = raw["behaviours"].items()
+    rows = table.splitlines()
+    changed = {name: "\n".join([rows[0], *(row.replace("fast", "slow") for row in rows[1:])]) + "\n"}
+    return name, replace(scenario, profile=Profile.from_builtins(raw | {"behaviours": raw["behaviours"] | changed}))
 
 
 def parted(one: Path, other: Path) -> Parting:
@@ -51,12 +61,7 @@ def test_two_runs_that_were_the_same_do_not_part(make: Make) -> None:
 
 
 def test_a_changed_rule_is_named_with_its_strength_at_the_first_answer_that_it_changes(make: Make) -> None:
-    scenario = plan_of().to_scenario()
-    raw = msgspec.to_builtins(scenario.profile.to_builtins())
-    (name, table), *_ = raw["behaviours"].items()
-    rows = table.splitlines()
-    changed = {name: "\n".join([rows[0], *(row.replace("fast", "slow") for row in rows[1:])]) + "\n"}
-    other = replace(scenario, profile=Profile.from_builtins(raw | {"behaviours": raw["behaviours"] | changed}))
+    name, other = changed_rules()
     found = parted(make(), make(other))
     assert found.values.field in {"command.left", "command.right"}
     assert f"because of {name} rule" in found.cause
@@ -129,3 +134,19 @@ def test_two_runs_of_other_code_are_to_be_compared_with_that(make: Make, monkeyp
     assert found.values.text == "answer another one | another one"
     assert found.cause.startswith("both runs were made by other code")
     assert found.cause.endswith("compare them with that code")
+
+
+def test_runs_that_part_by_their_timing_are_compared_by_their_rules_too(
+    make: Make, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    name, other = changed_rules()
+    late = Recorded(tmp_path / "late.swarm", other, 2).run(10, late={"r2": 1}).run(TICKS).done()
+    one = make()
+    assert parted(one, late).timing
+    found = parting_by_rules(TapeFile(one), TapeFile(late))
+    assert found is not None
+    assert f"because of {name} rule" in found.cause
+    assert parting_by_rules(TapeFile(one), TapeFile(make(late={"r2": 2}))) is None
+    assert main(["diff", str(one), str(late)]) == 1
+    said = capsys.readouterr().out
+    assert "with the second run's rules and settings in the first run: first difference at" in said
