@@ -131,6 +131,19 @@ def test_a_tape_that_is_cut_ends_at_its_last_whole_tick(tape: str, tmp_path: Pat
     assert main(["why", "r1", str(cut), "--at", "1.5"]) == 0
 
 
+def test_a_moment_after_an_answer_that_differs_is_told_with_status_1(tmp_path: Path, capsys: Capture) -> None:
+    path = made(tmp_path / "run.swarm", ticks=40)
+    content = bytearray(path.read_bytes())
+    content[-20] ^= 1  # in the checks of the last rows
+    path.write_bytes(content)
+    assert main(["why", "r1", str(path), "--at", "1.95"]) == 1
+    said = capsys.readouterr()
+    assert said.err.startswith("swarm: the first answer that is not as it was is that of r")
+    assert said.out.startswith("r1 at 1.95 s:")
+    assert main(["open", str(path), "--at", "1.95"]) == 1
+    assert main(["why", "r1", str(path), "--at", "1.5"]) == 0
+
+
 def test_a_file_that_is_no_tape_is_one_sentence(tmp_path: Path, capsys: Capture) -> None:
     path = tmp_path / "odd.swarm"
     path.write_text("[1, 2", encoding="utf-8")

@@ -41,6 +41,11 @@ class Moment(ABC):
         """The robots by name whose inner state is known, in the order of their numbers."""
 
     @property
+    def doubt(self) -> str | None:
+        """What is wrong with this moment, in a sentence; None: it is as it was."""
+        return None
+
+    @property
     def outside(self) -> list[str]:
         """The robots whose body is outside the world."""
         return []

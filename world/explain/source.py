@@ -1,5 +1,6 @@
 """What runs again: a tape, a plan of a storm, or a scenario with a number of robots and a seed, as in lockstep."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import yaml
@@ -12,6 +13,7 @@ from swarm.scenario.shipped import found
 from swarm.settings import TAPE
 from world.explain.moment import Moment, Simulated, run_until
 from world.explain.taped import Taped
+from world.replay.replay import Replay
 from world.simulate import Simulation
 from world.storm.plans.plan import LARGEST, read
 from world.storm.uncooperative import make_mute
@@ -19,11 +21,18 @@ from world.tape.reader import TapeFile
 
 
 def moment_of(
-    path: Path, at: float, *, run: int | None = None, robots: int | None = None, seed: int | None = None
+    path: Path,
+    at: float,
+    *,
+    run: int | None = None,
+    robots: int | None = None,
+    seed: int | None = None,
+    each: Callable[[Replay], None] = lambda replay: None,
 ) -> Moment:
     """Return a run as it is at a time [s]: a file that ends as a tape is one.
 
-    Of a tape, ``run`` is the number of the run, by default the last; of others, ``robots`` and ``seed`` may be given.
+    Of a tape, ``run`` is the number of the run, by default the last, and ``each`` is called after every tick. Of other
+    files, ``robots`` and ``seed`` may be given.
 
     Raises:
         ConfigError: the file cannot be read, or is not what it should be, or the run has no such time.
@@ -36,7 +45,7 @@ def moment_of(
         if value is not None:
             raise ConfigError(f"{name}: expected none with a tape, which has its own, got {value}; leave {name} out")
     taped = Taped(TapeFile(path))
-    taped.run_through(run, round(at / taped.world.dt))
+    taped.run_through(run, round(at / taped.world.dt), each)
     return taped
 
 

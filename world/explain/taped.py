@@ -1,6 +1,6 @@
 """A moment of a run over processes, which is replayed from its tape."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 
 from swarm.robot.brain import Robot
 from world.explain.moment import Moment
@@ -36,6 +36,15 @@ class Taped(Moment):
         """The robots of our code by name; a tape has what others answered, not why."""
         seats = self.replay.seats
         return {name: seats[name].robot for name in self.world.robots if name in seats}
+
+    @property
+    def doubt(self) -> str | None:
+        """What is wrong with this moment; None: all answers are as they were."""
+        found = self.replay.difference
+        if found is None:
+            return None
+        first = f"the first answer that is not as it was is that of {found.robot} for {found.time:.2f} s: {found.text}"
+        return f"{first}; this code has computed what follows, and it may not be what happened"
 
     @property
     def outside(self) -> list[str]:
@@ -74,12 +83,12 @@ class Taped(Moment):
             self._next = self.replay.done, self.timeline.after(self.replay.done)
         return self._next[1].get(self.world.robots.index(robot), Next(None))
 
-    def run_through(self, run: int | None, tick: int) -> None:
-        """Run on through a tick of a run; None: of the last one.
+    def run_through(self, run: int | None, tick: int, each: Callable[[Replay], None] = lambda replay: None) -> None:
+        """Run on through a tick of a run; None: of the last one. ``each`` is called after every tick.
 
         Raises:
             ConfigError: there is no such tick.
         """
         lived = self.timeline.last(run, tick)
         while self.replay.done < lived and self.step():
-            pass
+            each(self.replay)

@@ -3,9 +3,11 @@
 import argparse
 import json
 import math
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from swarm.cli.offline.replay import Progress
 from swarm.cli.parsing import Commands, Parser
 from swarm.errors import ConfigError
 from swarm.settings import MOST_ROBOTS, TAPE
@@ -25,17 +27,25 @@ def why(options: argparse.Namespace) -> int:
     moment = _moment(options)
     causes, at = moment.why(options.robot), moment.past.clock(moment.past.tick)
     proofs = prove(options.robot, causes, moment, lambda: _moment(options)) if options.prove else []
+    status = _doubted(moment)
     if options.json:
         found = [msgspec.to_builtins(one._asdict()) for one in causes]
         proved = [one._asdict() for one in proofs]
         print(json.dumps({"causes": found, "proofs": proved} if options.prove else found, indent=1))
-        return 0
+        return status
     print(f"{options.robot} at {at}:\n{as_text(causes)}")
     for proof in proofs:
         print(proof.text)
     if options.prove and not proofs:
         print("Nothing to prove: the robot does not wait, or for nothing that can be changed.")
-    return 0
+    return status
+
+
+def _doubted(moment: "Moment") -> int:
+    """Tell it if a moment may not be what happened; return the exit status: 1, else 0."""
+    if moment.doubt is not None:
+        print(f"swarm: {moment.doubt}", file=sys.stderr)
+    return int(moment.doubt is not None)
 
 
 def opened(options: argparse.Namespace) -> int:
@@ -54,7 +64,7 @@ def opened(options: argparse.Namespace) -> int:
         print("\n".join(map(_line, states)))
     else:
         print(yaml.safe_dump(found, sort_keys=False, default_flow_style=None, width=120), end="")
-    return 0
+    return _doubted(moment)
 
 
 def _line(state: dict[str, Any]) -> str:
@@ -77,7 +87,8 @@ def _moment(options: argparse.Namespace) -> "Moment":
         raise ConfigError(f"--robots: expected 1 to {MOST_ROBOTS}, got {options.robots}")
     if options.seed is not None and not 0 <= options.seed <= 2**53:
         raise ConfigError(f"--seed: expected 0 to 2**53, got {options.seed}")
-    moment = moment_of(options.file, options.at, run=options.run, robots=options.robots, seed=options.seed)
+    parts = {"run": options.run, "robots": options.robots, "seed": options.seed}
+    moment = moment_of(options.file, options.at, **parts, each=Progress())
     names = moment.world.robots
     if options.robot is not None and options.robot not in names:
         text = f"expected one of {', '.join(names)}, got {options.robot!r}; this run has no other then"

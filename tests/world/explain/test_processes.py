@@ -1,0 +1,46 @@
+"""`why` on the tape of a fleet of processes: what happened to them is what it says."""
+
+import os
+import signal
+from pathlib import Path
+
+import pytest
+
+from tests.launch.actors import Fleet, await_clock, await_tick
+from tests.world.replay.test_processes import HARD
+from world.explain.clauses import Cause, Clause
+from world.explain.taped import Taped
+from world.tape.reader import TapeFile
+
+
+@pytest.mark.processes
+def test_stopped_and_killed_processes_are_told_from_one_another(tmp_runtime: Path) -> None:
+    file, tape = tmp_runtime / "case.yaml", tmp_runtime / "run.swarm"
+    file.write_text(HARD)
+    with Fleet(file, "--limit", "8", "--record", str(tape), robots=3, runtime=tmp_runtime) as fleet:
+        with fleet.bus() as bus:
+            fleet.await_all(bus)
+            await_clock(bus, lambda clock: clock.tick >= 20)
+            stopped = fleet.member("r2").pid
+            os.kill(stopped, signal.SIGSTOP)
+            await_tick(bus, 60)
+            os.kill(stopped, signal.SIGCONT)
+            fleet.member("r1").kill()
+            await_clock(bus, lambda clock: clock.tick >= 120)
+        fleet.end()
+    found = answers(tape)
+    sleeps = {cause.robot for _, cause in found if "its process sleeps, and answers again at" in cause.text}
+    assert sleeps == {"r2"}
+    listens = {cause.robot for tick, cause in found if cause.clause is Clause.LISTENS and tick > 40}
+    assert {"r1", "r2"} <= listens, "the one is new, the other has woken"
+    assert not [cause for _, cause in found if cause.clause is Clause.UNKNOWN]
+
+
+def answers(tape: Path) -> list[tuple[int, Cause]]:
+    """Return all causes of all robots in every second tick."""
+    taped, found = Taped(TapeFile(tape)), list[tuple[int, Cause]]()
+    while taped.step():
+        if taped.past.tick % 2 == 0:
+            found += [(taped.past.tick, cause) for robot in taped.world.robots for cause in taped.why(robot)]
+    assert taped.replay.difference is None
+    return found
