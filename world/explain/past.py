@@ -11,6 +11,7 @@ from swarm.messages import Broadcast, Command, Sense
 from swarm.settings import RadioSettings
 
 BREAK: Final = 20  # ticks; a robot that was away for longer listens first (`gap` of traffic's constants)
+KEPT: Final = 1200  # ticks, a minute: what is said again and again is in them, and a long run needs no more memory
 
 Pair = tuple[str, int]  # a robot and the tick of its broadcast
 
@@ -54,7 +55,7 @@ def _in_sight(here: Point, there: Point) -> bool:
 
 
 class Past:
-    """The past of one run. Feed it every tick, in order; a world that was started again may go back to earlier ones."""
+    """The last minute of one run. Feed it every tick, in order; a world that was killed may go back to earlier ones."""
 
     def __init__(self, radio: RadioSettings, rate: float, sees: Callable[[Point, Point], bool] = _in_sight) -> None:
         self._radio, self._sees, self.rate = radio, sees, rate
@@ -98,6 +99,20 @@ class Past:
                 self.words[name, words.tick] = words
                 self._sent[name, words.tick] = tick
         self.tick = tick
+        if tick % (KEPT // 4) == 0:
+            self._forget(tick - KEPT)
+
+    def _forget(self, before: int) -> None:
+        """Drop what was on the air before a tick."""
+        self._stood = {tick: stood for tick, stood in self._stood.items() if tick >= before}
+        for name, row in self.said.items():
+            self.said[name] = [one for one in row if one.tick >= before] or row[-1:]  # the last one in any case
+        self.words = {(words.robot, words.tick): words for row in self.said.values() for words in row}
+        self._sent = {pair: self._sent[pair] for pair in self.words}
+        for name, pairs in self._listed.items():
+            self._listed[name] = {pair for pair in pairs if pair[1] >= before}
+        for name, heard in self._heard.items():
+            self._heard[name] = {pair: tick for pair, tick in heard.items() if pair[1] >= before}
 
     def clock(self, tick: int) -> str:
         """Return a tick as the time of the run.

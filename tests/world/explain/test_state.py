@@ -5,6 +5,7 @@ import pytest
 
 from tests.storm.shared import plan_of
 from world.explain.moment import Moment, Simulated, run_until
+from world.explain.past import KEPT
 from world.explain.state import RobotState
 from world.faults import Faults
 from world.simulate import Simulation
@@ -46,3 +47,14 @@ def test_a_dead_robot_has_not_answered_and_falls_silent() -> None:
     mine = moment.state("r1").traffic
     assert mine is not None
     assert mine.knows["r2"].silent
+
+
+def test_a_long_run_needs_no_more_memory_than_a_minute() -> None:
+    """r2 is dead for longer than that: its last words stay."""
+    moment = run_until(Simulated(Simulation.of(plan_of().to_scenario(), 2, 1, Faults(killed={"r2": 1.0}))), 2 * KEPT)
+    past = moment.past
+    assert past.tick == 2 * KEPT
+    spoken = [words.tick for words in past.words.values() if words.robot == "r1"]
+    assert min(spoken) >= KEPT
+    assert max(spoken) >= past.tick - 20
+    assert [words.tick <= 20 for words in past.said["r2"]] == [True]
