@@ -109,7 +109,10 @@ def diff(options: argparse.Namespace) -> int:
         print(f"and {len(known) - MOST_NAMED} more")
     found = parting(*files)
     if found is None:
-        print(f"no difference in {min(file.ticks for file in files)} ticks")
+        ticks = [file.ticks for file in files]
+        longer = options.one if ticks[0] > ticks[1] else options.other
+        more = f"; {longer} goes on" if ticks[0] != ticks[1] else ""
+        print(f"no difference in {min(ticks)} ticks{more}")
         return 0
     print(_first(found))
     if found.timing and (ruled := parting_by_rules(*files)) is not None:

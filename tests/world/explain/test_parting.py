@@ -122,6 +122,9 @@ def test_the_command_says_it_in_lines(make: Make, capsys: pytest.CaptureFixture[
     assert said[0] == "first difference at 2.00 s (tick 40): r2: answers [40] | []"
     assert main(["diff", str(one), str(make())]) == 0
     assert capsys.readouterr().out == f"no difference in {TICKS} ticks\n"
+    short = Recorded(one.parent / "short.swarm", plan_of().to_scenario(), 2).run(30).done()
+    assert main(["diff", str(one), str(short)]) == 0
+    assert capsys.readouterr().out == f"no difference in 30 ticks; {one} goes on\n"
     assert main(["diff", str(one), "no.swarm"]) == 2
     assert "no.swarm: expected a tape" in capsys.readouterr().err
 
