@@ -111,6 +111,8 @@ def test_status_is_json_for_any_zenoh_client_and_for_people(
         assert main(["status"]) == 0
         lines = capsys.readouterr().out.splitlines()
         assert lines[0].startswith("small: waiting at 0.0 s")
-        assert [line.split()[:2] for line in lines[2:]] == [["r1", "alive"], ["r2", "alive"]]
+        *rows, tape = lines[2:]
+        assert [line.split()[:2] for line in rows] == [["r1", "alive"], ["r2", "alive"]]
+        assert tape.startswith("tape: ")
         assert main(["stop"]) == 0
         assert fleet.end() == 1, fleet.text

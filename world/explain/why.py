@@ -67,11 +67,17 @@ class Chain(Links):
         decided = self._decided(name)
         if decided is None or not isinstance(decided.joint.call, Free):
             return False
-        return self._speed(name) > STILL or _has_cells_ahead(decided)
+        return self._moves(name) or _has_cells_ahead(decided)
 
-    def _speed(self, name: str) -> float:
+    def _moves(self, name: str) -> bool:
         command = self._past.commands[name]
-        return max(abs(command.left), abs(command.right))
+        return max(abs(command.left), abs(command.right)) > STILL
+
+    def _drives(self, name: str) -> str:
+        """Return in words how a robot moves, by the speed of its middle."""
+        command = self._past.commands[name]
+        speed = (command.left + command.right) / 2
+        return f"{name} drives at {speed:.2f} m/s" if abs(speed) > STILL else f"{name} turns on the spot"
 
     # ---- what ends a chain
 
@@ -97,9 +103,9 @@ class Chain(Links):
 
     def _goes(self, name: str, decided: StepResult, depth: int, *, leaves: bool) -> None:
         """Add why a robot that goes its way is no farther."""
-        progress, moves = decided.progress, self._speed(name) > STILL
+        progress, moves = decided.progress, self._moves(name)
         own, at = progress.reservations, f"in cell {progress.head}"
-        drives = f"{name} drives at {self._speed(name):.2f} m/s; it holds the cells {_list(own.held)}"
+        drives = f"{self._drives(name)}; it holds the cells {_list(own.held)}"
         if leaves and moves:
             self._say(depth, name, Clause.DRIVES, f"{drives}.")
             return
@@ -144,8 +150,8 @@ class Chain(Links):
             self._say(depth, name, Clause.REACHES, f"{name} is in the cell of its stop, and drives to the place.")
         elif plan is not None:
             self._aside(name, plan, situation.fresh, depth)
-        elif self._speed(name) > STILL:
-            text = f"{name} drives at {self._speed(name):.2f} m/s to the end of its way, {at}."
+        elif self._moves(name):
+            text = f"{self._drives(name)}, on the last metres of its way, {at}."
             self._say(depth, name, Clause.DRIVES, text)
         else:
             told = [robot for robot, record in situation.fresh.items() if record.stands]

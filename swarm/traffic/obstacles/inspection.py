@@ -62,7 +62,7 @@ class Inspector:
         centre = cells.centre(cell)
         if abs(bearing(pose, centre)) > FACING:
             return Inspection(centre if leans or self.leans_to != cell else None)
-        seen = view(inputs.scan.readings, pose, cell, cells, self._settings.radius)
+        seen = view(inputs.scan.readings, pose, cell, cells, self._settings)
         if seen is View.HIDDEN and not leans:
             self.leans_to = cell
             return Inspection()
@@ -126,8 +126,12 @@ class View(Enum):
     HIDDEN = "hidden"  # something stands before it
 
 
-def view(readings: Iterable[Reading], pose: Pose, cell: int, cells: CellMap, radius: float) -> View:
-    """Judge a cell by the rays that cross it. ``radius`` [m] is the robot's: rays begin at its edge."""
+def view(readings: Iterable[Reading], pose: Pose, cell: int, cells: CellMap, settings: TrafficConstants) -> View:
+    """Judge a cell by the rays that cross it, each from the robot's edge to the end of its range.
+
+    A ray that ends in the cell for lack of range, and not at a wall, does not show what is behind its end.
+    """
+    radius, reach = settings.radius, settings.radius + settings.sensor_range
     through = hidden = 0
     for reading in readings:
         enters, leaves = _crossing(pose, reading.bearing, cells.centre(cell), cells.side)
@@ -136,7 +140,8 @@ def view(readings: Iterable[Reading], pose: Pose, cell: int, cells: CellMap, rad
             continue  # the ray misses the cell, or a wall of the map is in front of the cell
         hit = radius + reading.measured
         if hit >= min(leaves, wall) - SHORT:
-            through += 1
+            seen = leaves <= reach + SHORT or wall < reach
+            through, hidden = through + seen, hidden + (not seen)
         elif hit >= enters - EDGE:
             return View.OCCUPIED
         else:

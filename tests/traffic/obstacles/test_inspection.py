@@ -165,6 +165,9 @@ def fan(**measured: float) -> list[Reading]:
     return [Reading(measured.get(name, wall), wall, angle) for name, angle, wall in zip(names, FAN, walls, strict=True)]
 
 
+WIDE = TrafficConstants(radius=0.2, sensor_range=OPEN)  # no ray ends for lack of range
+
+
 # fmt: off
 VIEWS: dict[str, tuple[list[Reading], View]] = {
     "nothing but the map's walls":        (fan(),                                            View.EMPTY),
@@ -186,7 +189,7 @@ VIEWS: dict[str, tuple[list[Reading], View]] = {
 def test_what_the_rays_say_of_the_next_cell(name: str, yaw: float) -> None:
     readings, seen = VIEWS[name]
     turned = [reading._replace(bearing=reading.bearing - yaw) for reading in readings]
-    assert view(turned, HERE._replace(yaw=yaw), MIDST + 1, FLOOR.cells, 0.2) is seen
+    assert view(turned, HERE._replace(yaw=yaw), MIDST + 1, FLOOR.cells, WIDE) is seen
 
 
 @pytest.mark.parametrize(
@@ -271,4 +274,22 @@ def test_where_a_ray_enters_a_cell_and_leaves_it(
 ) -> None:
     pose = HERE._replace(yaw=atan2(up, across))
     readings = [Reading(measured, expected, angle) for angle, measured, expected in rays]
-    assert view(readings, pose, MIDST + across + up * FLOOR.cells.columns, FLOOR.cells, 0.2) is seen
+    assert view(readings, pose, MIDST + across + up * FLOOR.cells.columns, FLOOR.cells, WIDE) is seen
+
+
+@pytest.mark.parametrize(
+    ("back", "measured", "wall", "seen"),
+    [
+        (0.0, 1.6, 1.6, View.EMPTY),  # from the middle, the rays reach the far edge of the next cell
+        (0.04, 1.6, 1.6, View.EMPTY),
+        (0.2, 1.6, 1.6, View.HIDDEN),  # a body may stand behind their ends
+        (0.2, 1.56, 1.6, View.HIDDEN),
+        (0.2, 1.5, 1.6, View.OCCUPIED),
+        (0.2, 1.4, 1.4, View.EMPTY),  # a wall of the map
+    ],
+)
+def test_a_ray_that_ends_in_a_cell_does_not_show_that_it_is_empty(
+    back: float, measured: float, wall: float, seen: View
+) -> None:
+    pose = HERE._replace(x=HERE.x - back)
+    assert view([Reading(measured, wall, 0.0)], pose, MIDST + 1, FLOOR.cells, SETTINGS) is seen
