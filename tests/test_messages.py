@@ -36,8 +36,8 @@ def values_of(type_: inspect.Type) -> st.SearchStrategy[Any]:
                 exclude_min=above is not None,
                 exclude_max=below is not None,
             )
-        case inspect.IntType(ge=low, le=high):
-            return st.integers(low, high)
+        case inspect.IntType(ge=low, le=high, lt=below):
+            return st.integers(low, high if below is None else below - 1)
         case inspect.StrType(pattern=str(pattern)):
             return st.from_regex(pattern.replace(r"\Z", "$"), fullmatch=True).filter(lambda text: "\n" not in text)
         case inspect.StrType(max_length=longest):

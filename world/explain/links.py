@@ -83,7 +83,7 @@ class Links(ABC):
             self._say(depth, name, Clause.GONE, f"{text}: its process is not there, or sleeps.")
         else:
             text = f"{name} is gone since {since}" if since else f"{name} has not come yet"
-            later = "it does not answer again in this run"
+            later = "it does not answer again on this tape"
             if came:
                 new = "its process has ended, and a new one" if since else "its process"
                 later = f"{new} answers at {came}" if coming.new else f"its process sleeps, and answers again at {came}"

@@ -36,7 +36,7 @@ class Answer(NamedTuple):
 class Next(NamedTuple):
     """What a robot does after a tick, by the tape of its run."""
 
-    came: int | None  # tick in which its next answer comes; None: it does not answer again in this run
+    came: int | None  # tick in which its next answer comes; None: it does not answer again on the tape
     sensed: int = -1  # tick of the sense that this is the answer to
     new: bool = False  # of a process without memory
 

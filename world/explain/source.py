@@ -22,14 +22,14 @@ from world.tape.reader import TapeFile
 
 def moment_of(
     path: Path,
-    at: float,
+    at: float | None,
     *,
     run: int | None = None,
     robots: int | None = None,
     seed: int | None = None,
     each: Callable[[Replay], None] = lambda replay: None,
 ) -> Moment:
-    """Return a run as it is at a time [s]: a file that ends as a tape is one.
+    """Return a run as it is at a time [s]: a file that ends as a tape is one. None: where the tape ends.
 
     Of a tape, ``run`` is the number of the run, by default the last, and ``each`` is called after every tick. Of other
     files, ``robots`` and ``seed`` may be given.
@@ -40,12 +40,14 @@ def moment_of(
     if path.suffix != TAPE:
         if run is not None:
             raise ConfigError(f"--run: expected a tape, got {path}; leave --run out")
+        if at is None:
+            raise ConfigError(f"--at: expected a time of the run in {path} [s], got none; only a tape ends by itself")
         return _simulated(simulation_from(path, robots, seed), at)
     for name, value in (("--robots", robots), ("--seed", seed)):
         if value is not None:
             raise ConfigError(f"{name}: expected none with a tape, which has its own, got {value}; leave {name} out")
     taped = Taped(TapeFile(path))
-    taped.run_through(run, round(at / taped.world.dt), each)
+    taped.run_through(run, None if at is None else round(at / taped.world.dt), each)
     return taped
 
 

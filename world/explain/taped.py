@@ -83,8 +83,10 @@ class Taped(Moment):
             self._next = self.replay.done, self.timeline.after(self.replay.done)
         return self._next[1].get(self.world.robots.index(robot), Next(None))
 
-    def run_through(self, run: int | None, tick: int, each: Callable[[Replay], None] = lambda replay: None) -> None:
-        """Run on through a tick of a run; None: of the last one. ``each`` is called after every tick.
+    def run_through(
+        self, run: int | None, tick: int | None, each: Callable[[Replay], None] = lambda replay: None
+    ) -> None:
+        """Run on through a tick of a run; None: the newest, of the last one. ``each`` is called after every tick.
 
         Raises:
             ConfigError: there is no such tick.

@@ -22,8 +22,10 @@ class Timeline:
         self._file = file
         self.ticks = [when for when, row in _rows(file) if row.whole]
 
-    def last(self, run: int | None, tick: int) -> int:
+    def last(self, run: int | None, tick: int | None) -> int:
         """Return how many ticks the world has lived at the end of a tick: the last life counts, and the last run.
+
+        ``tick`` None is the newest one.
 
         Raises:
             ConfigError: there is no such tick.
@@ -36,6 +38,7 @@ class Timeline:
             known = f"{min(runs)} to {max(runs)}" if len(runs) > 1 else str(max(runs))
             raise ConfigError(f"--run: expected {known}, got {run}; the tape has no other")
         rate, newest = self._file.head.map.scenario.settings.rate, max(at for one, at in self.ticks if one == run)
+        tick = newest if tick is None else tick
         if not 0 <= tick <= newest:
             text = f"expected 0 to {newest / rate:.2f} s, got {tick / rate:g}; the tape ends there"
             raise ConfigError(f"--at: {text}")

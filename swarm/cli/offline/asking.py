@@ -2,7 +2,6 @@
 
 import argparse
 import json
-import math
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -81,19 +80,29 @@ def _line(state: dict[str, Any]) -> str:
 def _moment(options: argparse.Namespace) -> "Moment":
     from world.explain.source import moment_of
 
-    if not 0.0 <= options.at <= 1e6 or math.isnan(options.at):
+    if options.at is not None and not 0.0 <= options.at <= 1e6:
         raise ConfigError(f"--at: expected 0 to 1e6 s, got {options.at:g}")
     if options.robots is not None and not 1 <= options.robots <= MOST_ROBOTS:
         raise ConfigError(f"--robots: expected 1 to {MOST_ROBOTS}, got {options.robots}")
     if options.seed is not None and not 0 <= options.seed <= 2**53:
         raise ConfigError(f"--seed: expected 0 to 2**53, got {options.seed}")
     parts = {"run": options.run, "robots": options.robots, "seed": options.seed}
-    moment = moment_of(options.file, options.at, **parts, each=Progress())
+    moment = moment_of(options.file or _running(options), options.at, **parts, each=Progress())
     names = moment.world.robots
     if options.robot is not None and options.robot not in names:
         text = f"expected one of {', '.join(names)}, got {options.robot!r}; this run has no other then"
         raise ConfigError(f"robot: {text}")
     return moment
+
+
+def _running(options: argparse.Namespace) -> Path:
+    """Return the tape of a fleet that runs on this machine."""
+    from swarm.launch.running import find
+
+    card = find(options.fleet)
+    if card.tape is None:
+        raise ConfigError(f"fleet {card.fleet}: expected a tape, got none; name a FILE")
+    return Path(card.tape)
 
 
 def diff(options: argparse.Namespace) -> int:
@@ -129,7 +138,9 @@ def add(commands: "Commands[Parser]") -> None:
     """Add these commands to the command line."""
     one = commands.add_parser("why", help="say why a robot of a run does what it does at a time")
     one.add_argument("robot", metavar="ROBOT", help="such as r3")
-    _of_a_moment(one)
+    _of_a_moment(one, nargs="?")  # without a file: a fleet that runs
+    text = "of a fleet that runs on this machine, without FILE; by default the only one there is"
+    one.add_argument("--fleet", metavar="NAME", help=text)
     text = "change what the answer names, run on in memory, and say what would have been"
     one.add_argument("--prove", action="store_true", help=text)
     one.set_defaults(command=why)
@@ -145,13 +156,13 @@ def add(commands: "Commands[Parser]") -> None:
     one.set_defaults(command=diff)
 
 
-def _of_a_moment(parser: Parser) -> None:
+def _of_a_moment(parser: Parser, nargs: str | None = None) -> None:
     text = (
         f"what is run again: FILE{TAPE}, the tape of a run; a scenario, as `swarm run --pace max` runs it; "
         "or a plan of `swarm storm`"
     )
-    parser.add_argument("file", type=Path, metavar="FILE", help=text)
-    parser.add_argument("--at", type=float, required=True, metavar="SECONDS", help="time of the run")
+    parser.add_argument("file", type=Path, nargs=nargs, metavar="FILE", help=text)
+    parser.add_argument("--at", type=float, metavar="SECONDS", help="time of the run; by default where the tape ends")
     parser.add_argument("--run", type=int, metavar="N", help="of a tape that has several; by default the last")
     parser.add_argument("--robots", type=int, metavar="N", help="of a scenario; by default as it says")
     parser.add_argument("--seed", type=int, metavar="S", help="of a scenario; by default as it says")

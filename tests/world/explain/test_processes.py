@@ -1,11 +1,13 @@
 """`why` on the tape of a fleet of processes: what happened to them is what it says."""
 
 import os
+import re
 import signal
 from pathlib import Path
 
 import pytest
 
+from swarm.cli import main
 from tests.launch.actors import Fleet, await_clock, await_tick
 from tests.world.replay.test_processes import HARD
 from world.explain.clauses import Cause, Clause
@@ -14,7 +16,9 @@ from world.tape.reader import TapeFile
 
 
 @pytest.mark.processes
-def test_stopped_and_killed_processes_are_told_from_one_another(tmp_runtime: Path) -> None:
+def test_stopped_and_killed_processes_are_told_from_one_another(
+    tmp_runtime: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     file, tape = tmp_runtime / "case.yaml", tmp_runtime / "run.swarm"
     file.write_text(HARD)
     with Fleet(file, "--limit", "8", "--record", str(tape), robots=3, runtime=tmp_runtime) as fleet:
@@ -27,6 +31,10 @@ def test_stopped_and_killed_processes_are_told_from_one_another(tmp_runtime: Pat
             os.kill(stopped, signal.SIGCONT)
             fleet.member("r1").kill()
             await_clock(bus, lambda clock: clock.tick >= 120)
+            assert main(["why", "r3"]) == 0, "of the fleet that runs, as far as it has come"
+            first, second, *_ = capsys.readouterr().out.splitlines()
+            assert re.fullmatch(r"r3 at [67]\.\d\d s:", first)
+            assert second.startswith("r3 ")
         fleet.end()
     found = answers(tape)
     sleeps = {cause.robot for _, cause in found if "its process sleeps, and answers again at" in cause.text}

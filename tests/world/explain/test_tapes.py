@@ -73,7 +73,7 @@ def test_the_new_process_listens_first(two: Recorded) -> None:
 
 def test_a_killed_process_that_nobody_replaces_is_gone(two: Recorded) -> None:
     (cause,) = why(two.run(50).run(30, away=["r1"]), "r1", 60)
-    assert cause.text == "r1 is gone since 2.45 s: it does not answer again in this run."
+    assert cause.text == "r1 is gone since 2.45 s: it does not answer again on this tape."
 
 
 def test_an_answer_that_comes_too_late_is_named_with_its_times(two: Recorded) -> None:
