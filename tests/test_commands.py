@@ -67,6 +67,7 @@ PARSED: Final = {  # command: why it is not run
     "swarm analyze paper.rrd": "reads what another command has recorded; tests/launch/test_analyze.py runs it",
     **{f"swarm replay run.swarm{more}": "the same; tests/world/replay/test_processes.py runs it" for more in ("", " --laws")},
     "swarm why r5 run.swarm --at 7.5 --prove": "the same; tests/world/explain asks tapes, and a transcript is run",
+    "swarm why r3": "asks a fleet that runs; tests/world/explain/test_processes.py does",
     "swarm diff run.swarm other.swarm": "the same; tests/world/explain/test_parting.py compares tapes",
     "swarm diff before.swarm after.swarm": "the same",
     "swarm analyze run.swarm": "the same; tests/launch/test_analyze.py runs it",

@@ -32,7 +32,7 @@ class Timeline:
         """
         runs = {one for one, _ in self.ticks}
         if not runs:
-            raise ConfigError(f"tape {self._file.path}: expected ticks, got none; the run ended before it began")
+            raise ConfigError(f"tape {self._file.path}: expected ticks, got none; the run has not begun")
         run = max(runs) if run is None else run
         if run not in runs:
             known = f"{min(runs)} to {max(runs)}" if len(runs) > 1 else str(max(runs))
