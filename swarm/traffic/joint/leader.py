@@ -40,7 +40,8 @@ def all_stand(memory: Memory, call: Collecting, situation: Situation) -> Move | 
     )
     if all_in or late:
         memory.gather = settings.gather if all_in else min(2 * memory.gather, settings.gather_longest)
-        search = _searching(memory, call.collect, 0, frozenset(), situation)
+        useful = _easier(memory, call.collect, 0, frozenset(), situation)
+        search = useful or _searching(memory, call.collect, 0, frozenset(), situation)
         return Move(search) if search is not None else None
     return None
 
@@ -68,9 +69,8 @@ def found_none(memory: Memory, call: Searching, situation: Situation) -> Move | 
     """Relax the problem, unless it is proven that there is no plan."""
     if call.answer is None or _is_proof(call, call.answer):
         return None
-    relaxations = range(call.problem.relaxation + 1, len(RELAXATIONS))
-    easier = (_searching(memory, call.collect, number, call.asked, situation) for number in relaxations)
-    return next((Move(search) for search in easier if search is not None), None)
+    search = _easier(memory, call.collect, call.problem.relaxation + 1, call.asked, situation)
+    return Move(search) if search is not None else None
 
 
 def gave_up(memory: Memory, call: Searching, situation: Situation) -> Move | None:
@@ -140,6 +140,20 @@ def _refusals(memory: Memory, situation: Situation) -> list[Refusal]:
     mine = memory.published.plan.epoch
     refusals = (record.refusal for record in situation.fresh.values())
     return [refusal for refusal in refusals if refusal is not None and refusal.epoch == mine]
+
+
+def _easier(
+    memory: Memory, collect: Collect, number: int, asked: frozenset[object], situation: Situation
+) -> Searching | None:
+    """State the first problem from a relaxation on in which somebody reaches its own goal, or its target on the way.
+
+    Where cells that a dead robot held cut robots off from their goals, a plan leads nobody on.
+    """
+    for relaxation in range(number, len(RELAXATIONS)):
+        search = _searching(memory, collect, relaxation, asked, situation)
+        if search is not None and (search.problem.eager or search.problem.vias or not search.problem.wanting):
+            return search
+    return None
 
 
 def _searching(

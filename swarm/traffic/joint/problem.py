@@ -81,6 +81,7 @@ class Problem(NamedTuple):
     at_rest: Mapping[str, int]  # robots that stay, and their cells
     until: tuple[str, ...]  # members for which the others make room
     vias: tuple[int, ...] = ()  # the target that each member visits on its way; OUTSIDE: none
+    wanting: bool = False  # a member has stops left, and is not at its goal
 
     @property
     def asks(self) -> object:
@@ -160,6 +161,7 @@ def problem_of(
         at_rest={robot: heads[robot] for robot in sorted(resting)},
         until=() if number < WHOLE else tuple(members[index] for index in eager),
         vias=tuple(vias.get(robot, OUTSIDE) for robot in members) if vias else (),
+        wanting=any(one.head != one.goal and not one.done for one in wanting.values()),
     )
 
 
