@@ -18,7 +18,7 @@ from benchmarks.measure import load, machine, printed
 from swarm.scenario.load import load as loaded
 from swarm.scenario.shipped import file_of
 from world.explain.clauses import Cause, Clause
-from world.explain.moment import Moment, Simulated, run_until
+from world.explain.moment import Instant, Simulated, run_until
 from world.explain.prove import prove
 from world.simulate import Simulation
 
@@ -39,7 +39,7 @@ class Case(NamedTuple):
         """The run in words."""
         return f"{self.scenario}, {self.robots} robots, loss {self.loss:g}"
 
-    def begun(self) -> Moment:
+    def begun(self) -> Instant:
         """Return the run before its first tick."""
         scenario = loaded(file_of(self.scenario))
         radio = changed(scenario.settings.radio, loss=self.loss)
@@ -66,7 +66,7 @@ def asked(case: Case, seconds: float, waits: list[Wait]) -> list[str]:
     answers = thin = false = circles = 0
     last: dict[str, int] = {}
 
-    def look(moment: Moment) -> None:
+    def look(moment: Instant) -> None:
         nonlocal answers, thin, false, circles
         tick = moment.past.tick
         if tick % round(moment.past.rate):
@@ -88,7 +88,7 @@ def asked(case: Case, seconds: float, waits: list[Wait]) -> list[str]:
     return [str(answers), f"{thin} ({100 * thin / max(1, answers):.1f} %)", str(false), str(circles)]
 
 
-def is_false(moment: Moment, cause: Cause, follows: Cause | None) -> bool:
+def is_false(moment: Instant, cause: Cause, follows: Cause | None) -> bool:
     """Return True if the robot that is named has nothing to do with the cell, and the next line does not say so."""
     if cause.clause not in {Clause.HELD, Clause.CLAIMED} or cause.other is None:
         return False
@@ -119,12 +119,12 @@ def proved(waits: list[Wait]) -> list[list[str]]:
     return [list(map(str, row)) for row in rows]
 
 
-def as_it_was(wait: Wait) -> Moment:
+def as_it_was(wait: Wait) -> Instant:
     """Return the moment of a wait."""
     return run_until(wait.case.begun(), wait.tick)
 
 
-def moves(moment: Moment, robot: str) -> bool:
+def moves(moment: Instant, robot: str) -> bool:
     """Return True if a robot turns its wheels."""
     command = moment.past.commands[robot]
     return max(abs(command.left), abs(command.right)) > 0.1

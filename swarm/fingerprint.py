@@ -9,7 +9,14 @@ from pathlib import Path
 from typing import Final
 
 ROOMS: Final = ("swarm", "world")
-LEFT_OUT: Final = ("swarm/cli", "swarm/launch", "swarm/secure", "world/storm", "world/replay")  # they decide nothing
+LEFT_OUT: Final = (
+    "swarm/cli",
+    "swarm/launch",
+    "swarm/secure",
+    "world/storm",
+    "world/replay",
+    "world/explain",
+)  # they decide nothing
 ENDINGS: Final = (".py", ".so")  # rules and maps are on the tape
 LIBRARIES: Final = ("numpy", "numba", "pymunk", "msgspec", "shapely")
 

@@ -71,7 +71,7 @@ PARSED: Final = {  # command: why it is not run
     "swarm diff run.swarm other.swarm": "the same; tests/world/explain/test_parting.py compares tapes",
     "swarm diff before.swarm after.swarm": "the same",
     "swarm analyze run.swarm": "the same; tests/launch/test_analyze.py runs it",
-    "swarm run paper --robots 4 --record run.swarm": "drives for two minutes; the same",
+    "swarm run paper --robots 4 --pace max --record run.swarm": "drives for two minutes; the same",
     "swarm ls --connect tcp/ROUTER:7447": "stands for a router elsewhere; tests/cli/test_watching.py runs it",
     "swarm watch": "goes on until the run is over; tests/cli/test_watching.py runs it",
     "swarm logs r1 --follow": "goes on until the run is over; tests/cli/test_looking.py runs it",

@@ -61,7 +61,7 @@ SUBROOMS: Final = {
     "world.tape": "",
     "world.host": "bodies fleet saving tape tasks views",
     "world.replay": "fleet host saving tape tasks",
-    "world.explain": "replay tape",
+    "world.explain": "host replay tape",
     "world.storm.plans": "",
     "world.storm.history": "plans",
     "world.storm.laws": "history",

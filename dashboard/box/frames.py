@@ -9,7 +9,7 @@ from msgspec import Struct
 from dashboard.fold import naming, palette
 from dashboard.fold.progress import Progress
 from dashboard.fold.scene import Scene
-from dashboard.fold.state import Turn
+from dashboard.fold.state import QueuePlace
 from swarm.errors import SwarmError
 from swarm.messages import Activity, Body, Liveness, Phase, PoolCounts, Truth
 from swarm.messages.fields import says
@@ -19,7 +19,7 @@ RULES: Final = "box/rules"
 HELLO: Final = "box/hello"
 JOINT: Final = "box/joint"
 LEARNED: Final = "box/learned"
-ALONE: Final = Turn(0, 0)
+ALONE: Final = QueuePlace(0, 0)
 COLOURS: Final = 32  # robots with a colour of their own; then the colours repeat
 
 
@@ -96,7 +96,7 @@ class Overviewing(NamedTuple):
     """
 
     progress: Progress
-    turns: Mapping[str, Turn]
+    turns: Mapping[str, QueuePlace]
     home: bool
     link: bool
 
@@ -115,7 +115,7 @@ class Overviewing(NamedTuple):
         )
 
 
-def _row(progress: Progress, name: str, turn: Turn, home: bool) -> RobotRow:
+def _row(progress: Progress, name: str, turn: QueuePlace, home: bool) -> RobotRow:
     robot = progress.robot(name)
     return RobotRow(
         robot=name,

@@ -27,7 +27,7 @@ ALL: Final = "*"  # as in a key: any robot
 UNDER_WAY: Final = frozenset({Activity.DRIVE, Activity.GIVE_WAY, Activity.BLOCKED})
 
 
-class Turn(NamedTuple):
+class QueuePlace(NamedTuple):
     """The place of a robot in the queue for its target."""
 
     number: int  # 1: it is next
@@ -97,7 +97,7 @@ class RunState:
                 self.overlays.hear(message)
         return self.progress is not before
 
-    def turns(self) -> dict[str, Turn]:
+    def turns(self) -> dict[str, QueuePlace]:
         """Return the turn of each robot whose target other robots drive to as well: their paths end in one point.
 
         Robots of one joint plan come in its order, if their broadcasts are heard; the others by the length of the path
@@ -109,13 +109,13 @@ class RunState:
             under_way = progress.robot(name).activity in UNDER_WAY and progress.heard(name) is Liveness.ALIVE
             if under_way and path is not None and path.points:
                 queues.setdefault(path.points[-1], []).append(name)
-        found: dict[str, Turn] = {}
+        found: dict[str, QueuePlace] = {}
         for queue in queues.values():
             if len(queue) > 1:
                 order = sorted(queue, key=lambda name: progress.robot(name).distance)
                 if self.overlays is not None and self.truth is not None:
                     order = self.overlays.in_turn(order, self.truth)
-                found |= {name: Turn(number, len(order)) for number, name in enumerate(order, start=1)}
+                found |= {name: QueuePlace(number, len(order)) for number, name in enumerate(order, start=1)}
         return found
 
     def wanted(self, looked_at: Collection[str]) -> frozenset[str]:

@@ -73,14 +73,13 @@ async def hand_on(
         try:
             far_reader, far_writer = await asyncio.open_connection(router.host, router.port)
         except OSError:  # the router is away: the robot tries again
-            await _close(writer)
+            await close(writer)
             return
         ways = (_one_way(reader, far_writer, delay, chance), _one_way(far_reader, writer, delay, chance))
         try:
             await asyncio.gather(*ways, return_exceptions=True)  # a connection that breaks ends both its ways
         finally:
-            await _close(far_writer)
-            await _close(writer)
+            await close(far_writer, writer)
 
     try:
         server = await asyncio.start_server(connected, endpoint.host, endpoint.port)
@@ -91,10 +90,13 @@ async def hand_on(
     server.close()
 
 
-async def _close(writer: asyncio.StreamWriter) -> None:
-    writer.close()
-    with suppress(OSError):  # it was broken
-        await writer.wait_closed()
+async def close(*writers: asyncio.StreamWriter) -> None:
+    """Close streams, and wait until they are closed."""
+    for writer in writers:  # all of them at once: the wait ends early if this process is told to stop
+        writer.close()
+    for writer in writers:
+        with suppress(OSError):  # it was broken
+            await writer.wait_closed()
 
 
 async def _one_way(reader: asyncio.StreamReader, writer: asyncio.StreamWriter, delay: Delay, chance: Random) -> None:

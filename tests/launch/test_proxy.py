@@ -9,6 +9,7 @@ import pytest
 from swarm.bus import Endpoint
 from swarm.cli import main
 from swarm.errors import ConfigError
+from swarm.launch import proxy
 from swarm.launch.proxy import LONGEST, UNDER_WAY, Delay, hand_on
 
 HOST = "127.0.0.1"
@@ -35,7 +36,7 @@ def through(delay: Delay, work: Callable[[Streams], Awaitable[None]], answers: b
             server.close()
             await server.wait_closed()
         place = Endpoint(HOST, 0).claim()
-        proxy = asyncio.create_task(hand_on(over.is_set, place, Endpoint(HOST, port), delay, Random(1)))
+        handing = asyncio.create_task(hand_on(over.is_set, place, Endpoint(HOST, port), delay, Random(1)))
         while True:
             try:
                 streams = await asyncio.open_connection(HOST, place.port)
@@ -46,7 +47,7 @@ def through(delay: Delay, work: Callable[[Streams], Awaitable[None]], answers: b
         streams[1].close()
         await streams[1].wait_closed()
         over.set()
-        await proxy
+        await handing
         server.close()
 
     asyncio.run(asyncio.wait_for(all_of_it(), PATIENCE))
@@ -90,6 +91,28 @@ def test_while_the_router_is_away_a_connection_ends() -> None:
         assert await streams[0].read(-1) == b""
 
     through(Delay(0.0), work, answers=False)
+
+
+def test_both_sides_are_closed_although_the_wait_for_one_is_cut_short() -> None:
+    class Side:
+        closed = False
+
+        def close(self) -> None:
+            self.closed = True
+
+        async def wait_closed(self) -> None:
+            await asyncio.Event().wait()
+
+    sides = Side(), Side()
+
+    async def work() -> None:
+        closing = asyncio.create_task(proxy.close(*sides))  # type: ignore[arg-type]  # no streams
+        await asyncio.sleep(0)
+        closing.cancel()
+        await asyncio.wait([closing])
+
+    asyncio.run(work())
+    assert [side.closed for side in sides] == [True, True]
 
 
 def test_what_is_under_way_is_bounded() -> None:

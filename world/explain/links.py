@@ -11,7 +11,7 @@ from swarm.traffic.joint.states import Collecting, Free, Frozen
 from swarm.traffic.outputs import StepResult
 from swarm.traffic.settings import TrafficConstants
 from world.explain.clauses import Cause, Clause
-from world.explain.past import Missed, Next, Past
+from world.explain.past import Missed, Next, RecentPast
 
 ASKED_WITHIN: Final = 100  # ticks before a call in which the request for it was made
 MOST_NAMED: Final = 3  # robots named one by one
@@ -23,7 +23,7 @@ class Links(ABC):
     def __init__(
         self,
         robots: Mapping[str, Robot],
-        past: Past,
+        past: RecentPast,
         settings: TrafficConstants,
         next_of: Callable[[str], Next | None],
     ) -> None:

@@ -8,7 +8,7 @@ from swarm.robot.brain import Robot
 from swarm.scenario.load import Scenario
 from swarm.traffic.lattice.placement import traffic_settings
 from world.explain.clauses import Cause
-from world.explain.past import Answer, Next, Past
+from world.explain.past import Next, RecentPast, TakenAnswer
 from world.explain.state import RobotState, state_of
 from world.explain.why import explain
 from world.faults import SILENT
@@ -16,7 +16,7 @@ from world.simulate import Simulation
 from world.world import World
 
 
-class Moment(ABC):
+class Instant(ABC):
     """The end of one tick: robots and world as they are then, and all that was said before."""
 
     def __init__(self, scenario: Scenario, controller: Controller) -> None:
@@ -25,10 +25,10 @@ class Moment(ABC):
         self._traffic = traffic_settings(scenario.settings)
         self.past = self._no_past()
 
-    def _no_past(self) -> Past:
+    def _no_past(self) -> RecentPast:
         """Return the past of a run that has not begun."""
         physics = self.world.bodies.physics
-        return Past(self.scenario.settings.radio, self.scenario.settings.rate, physics.sees)
+        return RecentPast(self.scenario.settings.radio, self.scenario.settings.rate, physics.sees)
 
     @property
     @abstractmethod
@@ -79,7 +79,7 @@ class Moment(ABC):
         return state_of(robot, self.robots.get(robot), self.past, self.scenario.settings, self.controller)
 
 
-class Simulated(Moment):
+class Simulated(Instant):
     """A moment of a simulation."""
 
     def __init__(self, simulation: Simulation) -> None:
@@ -108,14 +108,14 @@ class Simulated(Moment):
             return False
         now, done = world.tick, self._simulation.step()
         answers = [
-            Answer(name, command, done.senses[name].hears, done.spoken.get(name))
+            TakenAnswer(name, command, done.senses[name].hears, done.spoken.get(name))
             for name, command in done.commands.items()
         ]
         self.past.take(now, done.senses, answers)
         return True
 
 
-def run_until(moment: Moment, tick: int, each: Callable[[Moment], None] = lambda moment: None) -> Moment:
+def run_until(moment: Instant, tick: int, each: Callable[[Instant], None] = lambda moment: None) -> Instant:
     """Run a moment on through a tick, or to the end of the run; ``each`` is called after every tick. Return it."""
     while moment.past.tick < tick and moment.step():
         each(moment)

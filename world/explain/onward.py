@@ -6,7 +6,7 @@ from msgspec.structs import replace
 
 from swarm.messages import RobotAction, RobotDo
 from swarm.robot.brain import Inputs
-from world.explain.moment import Moment
+from world.explain.moment import Instant
 from world.in_process import InProcess
 
 
@@ -18,7 +18,7 @@ class Onward(InProcess):
 
     def __init__(
         self,
-        moment: Moment,
+        moment: Instant,
         *,
         stopped: Collection[str] = (),
         awake: Collection[str] = (),

@@ -7,9 +7,11 @@ from typing import Any, Final, NamedTuple
 import msgspec
 
 from swarm.errors import ConfigError
-from swarm.messages import Broadcast, Command, Sense
+from swarm.messages import Command, Sense
+from world.explain.past import TakenAnswer
+from world.explain.taped import answers_of
 from world.replay.replay import Replay
-from world.replay.values import Tick
+from world.replay.values import ReplayedTick
 from world.tape.reader import TapeFile
 
 LEFT_OUT: Final = frozenset({"world", "took"})  # each world has another identity; what a robot took is compared itself
@@ -18,7 +20,6 @@ SHORTENED: Final = 60  # characters of a value
 NOTHING: Final = "nothing"
 AS_COMPUTED: Final = "as this code gives it"
 ANOTHER: Final = "another one"
-Pair = tuple[str, int]
 
 
 class Values(NamedTuple):
@@ -43,14 +44,6 @@ class Parting(NamedTuple):
     values: Values
     cause: str
     timing: bool = False  # processes or the network were slower or faster in one of them
-
-
-class Answer(NamedTuple):
-    """An answer of a robot as the world took it, and what it was the answer to."""
-
-    command: Command
-    heard: list[Pair]
-    broadcast: Broadcast | None
 
 
 def heads(one: TapeFile, other: TapeFile) -> list[Values]:
@@ -105,7 +98,9 @@ def parting_by_rules(one: TapeFile, other: TapeFile) -> Parting | None:
     return parting(one, changed) if mine != one.head.map.scenario else None
 
 
-def _of_a_tick(runs: tuple[Replay, Replay], ticks: tuple[Tick, Tick], known: list[Values]) -> Parting | None:
+def _of_a_tick(
+    runs: tuple[Replay, Replay], ticks: tuple[ReplayedTick, ReplayedTick], known: list[Values]
+) -> Parting | None:
     """Return the first difference of a tick: what robots sense, then who answers with what heard, then the answers."""
     now, dt = runs[0].world.tick - 1, runs[0].world.dt
 
@@ -148,12 +143,10 @@ def _of_a_tick(runs: tuple[Replay, Replay], ticks: tuple[Tick, Tick], known: lis
     return at(found.robot, values, f"{cause}; compare them with that code" if both else cause)
 
 
-def _answers(run: Replay, tick: Tick) -> Mapping[str, list[Answer]]:
-    found: dict[str, list[Answer]] = {}
-    for name, command, stepped in tick.steps:
-        heard = command.took.heard if command.took is not None else stepped.sense.hears if stepped is not None else []
-        said = run.broadcasts.get((name, command.tick)) if command.sent else None
-        found.setdefault(name, []).append(Answer(command, list(heard), said))
+def _answers(run: Replay, tick: ReplayedTick) -> Mapping[str, list[TakenAnswer]]:
+    found: dict[str, list[TakenAnswer]] = {}
+    for answer in answers_of(run, tick):
+        found.setdefault(answer.robot, []).append(answer)
     return found
 
 

@@ -9,14 +9,13 @@ from swarm.geometry import Pose, distance
 from swarm.maps.occupancy import Point
 from swarm.messages import Broadcast, Command, Sense
 from swarm.settings import RadioSettings
+from world.host.last_messages import Sent
 
 BREAK: Final = 20  # ticks; a robot that was away for longer listens first (`gap` of traffic's constants)
 KEPT: Final = 1200  # ticks, a minute: what is said again and again is in them, and a long run needs no more memory
 
-Pair = tuple[str, int]  # a robot and the tick of its broadcast
 
-
-class Note(NamedTuple):
+class DatedNote(NamedTuple):
     """What a robot noted in one of its answers."""
 
     tick: int
@@ -24,12 +23,12 @@ class Note(NamedTuple):
     text: str
 
 
-class Answer(NamedTuple):
+class TakenAnswer(NamedTuple):
     """An answer of a robot, as it came to the world."""
 
     robot: str
     command: Command
-    heard: Sequence[Pair]  # broadcasts that it stepped with
+    heard: Sequence[Sent]  # broadcasts that it stepped with
     broadcast: Broadcast | None
 
 
@@ -54,7 +53,7 @@ def _in_sight(here: Point, there: Point) -> bool:
     return True
 
 
-class Past:
+class RecentPast:
     """The last minute of one run. Feed it every tick, in order; a world that was killed may go back to earlier ones."""
 
     def __init__(self, radio: RadioSettings, rate: float, sees: Callable[[Point, Point], bool] = _in_sight) -> None:
@@ -64,16 +63,16 @@ class Past:
         self.came: dict[str, int] = {}  # tick in which it came
         self.since: dict[str, int] = {}  # first tick of the unbroken answers of each robot
         self.senses: Mapping[str, Sense] = {}  # of the last tick
-        self.notes: dict[str, dict[str, Note]] = defaultdict(dict)  # of each robot, the last one of each kind
+        self.notes: dict[str, dict[str, DatedNote]] = defaultdict(dict)  # of each robot, the last one of each kind
         self.said: dict[str, list[Broadcast]] = defaultdict(list)  # of each robot, oldest first
-        self.words: dict[Pair, Broadcast] = {}  # all that was said
-        self._sent: dict[Pair, int] = {}  # tick in which a broadcast was on the air
-        self._listed: dict[str, set[Pair]] = defaultdict(set)  # of each robot: what its senses say that it hears
-        self._heard: dict[str, dict[Pair, int]] = defaultdict(dict)  # of each robot: broadcast, and when it was heard
+        self.words: dict[Sent, Broadcast] = {}  # all that was said
+        self._sent: dict[Sent, int] = {}  # tick in which a broadcast was on the air
+        self._listed: dict[str, set[Sent]] = defaultdict(set)  # of each robot: what its senses say that it hears
+        self._heard: dict[str, dict[Sent, int]] = defaultdict(dict)  # of each robot: broadcast, and when it was heard
         self._stood: dict[int, Mapping[str, Pose]] = {}  # by tick
 
     def take(
-        self, tick: int, senses: Mapping[str, Sense], answers: Iterable[Answer], joined: Iterable[str] = ()
+        self, tick: int, senses: Mapping[str, Sense], answers: Iterable[TakenAnswer], joined: Iterable[str] = ()
     ) -> None:
         """Take in a tick: what was sensed, answered and said in it, and which robots have ``joined`` without memory."""
         self._stood[tick] = {name: Pose(sense.x, sense.y, sense.yaw) for name, sense in senses.items()}
@@ -93,7 +92,7 @@ class Past:
             for pair in heard:
                 self._heard[name].setdefault(pair, tick)
             for kind, text in command.notes:
-                self.notes[name][kind] = Note(tick, kind, text)
+                self.notes[name][kind] = DatedNote(tick, kind, text)
             if words is not None and (name, words.tick) not in self.words:
                 self.said[name].append(words)
                 self.words[name, words.tick] = words
@@ -117,7 +116,7 @@ class Past:
     def clock(self, tick: int) -> str:
         """Return a tick as the time of the run.
 
-        >>> Past(RadioSettings(), 20.0).clock(241)
+        >>> RecentPast(RadioSettings(), 20.0).clock(241)
         '12.05 s'
         """
         return f"{tick / self.rate:.2f} s"
@@ -139,7 +138,7 @@ class Past:
             for relayed in traffic.others
         )
 
-    def heard_at(self, name: str, tick: int) -> list[Pair]:
+    def heard_at(self, name: str, tick: int) -> list[Sent]:
         """Return the broadcasts that a robot heard first at a tick."""
         return [pair for pair, when in self._heard[name].items() if when == tick]
 

@@ -6,7 +6,7 @@ from typing import Any, Final, NamedTuple
 from swarm.errors import ConfigError
 from swarm.robot.brain import Robot
 from world.explain.clauses import Cause, Clause
-from world.explain.moment import Moment
+from world.explain.moment import Instant
 from world.explain.onward import Onward
 
 HORIZON: Final = 20.0  # s for which the run goes on
@@ -35,13 +35,13 @@ class Proof(NamedTuple):
         return self.before != self.after
 
 
-def changes(robot: str, causes: list[Cause], moment: Moment) -> list[Change]:
+def changes(robot: str, causes: list[Cause], moment: Instant) -> list[Change]:
     """Return what can be changed of what a chain names, other than the robot that was asked about; the root first."""
     found = dict.fromkeys(change for cause in reversed(causes) for change in _of(cause, robot, moment))
     return [Change(text, how) for text, how in ((text, dict(parts)) for text, parts in found)][:MOST]
 
 
-def _of(cause: Cause, asked: str, moment: Moment) -> Iterator[tuple[str, tuple[tuple[str, Any], ...]]]:
+def _of(cause: Cause, asked: str, moment: Instant) -> Iterator[tuple[str, tuple[tuple[str, Any], ...]]]:
     name = cause.robot
     match cause.clause:
         case Clause.LOST | Clause.FAR if cause.other is not None:
@@ -55,8 +55,10 @@ def _of(cause: Cause, asked: str, moment: Moment) -> Iterator[tuple[str, tuple[t
             yield f"{name} stopped", (("stopped", (name,)),)
 
 
-def prove(robot: str, causes: list[Cause], moment: Moment, again: Callable[[], Moment]) -> list[Proof]:
-    """Try the changes of what an explanation names; ``again`` returns the same moment anew. ``moment`` goes on.
+def prove(robot: str, causes: list[Cause], moment: Instant, again: Callable[[], Instant]) -> list[Proof]:
+    """Return what each change of what an explanation names makes of the wait.
+
+    ``again`` returns the same moment anew; ``moment`` itself goes on.
 
     Nothing is tried if the robot does not wait, or nothing that can be changed is named.
 
@@ -80,7 +82,7 @@ def prove(robot: str, causes: list[Cause], moment: Moment, again: Callable[[], M
     return proofs
 
 
-def _wait(robot: str, moment: Moment, how: dict[str, Any]) -> float | None:
+def _wait(robot: str, moment: Instant, how: dict[str, Any]) -> float | None:
     """Return for how long [s] a robot gets no other cell and no other stop; None: longer than the horizon."""
     how = {name: dict(value) if name == "told" else value for name, value in how.items()}
     onward = Onward(moment, **how)

@@ -11,7 +11,7 @@ from swarm.scenario.check import check
 from swarm.scenario.load import load
 from swarm.scenario.shipped import found
 from swarm.settings import TAPE
-from world.explain.moment import Moment, Simulated, run_until
+from world.explain.moment import Instant, Simulated, run_until
 from world.explain.taped import Taped
 from world.replay.replay import Replay
 from world.simulate import Simulation
@@ -28,7 +28,7 @@ def moment_of(
     robots: int | None = None,
     seed: int | None = None,
     each: Callable[[Replay], None] = lambda replay: None,
-) -> Moment:
+) -> Instant:
     """Return a run as it is at a time [s]: a file that ends as a tape is one. None: where the tape ends.
 
     Of a tape, ``run`` is the number of the run, by default the last, and ``each`` is called after every tick. Of other
@@ -51,7 +51,7 @@ def moment_of(
     return taped
 
 
-def _simulated(simulation: Simulation, at: float) -> Moment:
+def _simulated(simulation: Simulation, at: float) -> Instant:
     tick = round(at / simulation.world.dt)
     moment = run_until(Simulated(simulation), tick)
     if moment.past.tick < tick:

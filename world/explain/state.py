@@ -10,10 +10,11 @@ from swarm.messages.fields import says
 from swarm.messages.traffic import Claim, Epoch, Record
 from swarm.robot.brain import Robot
 from swarm.settings import Settings
-from world.explain.past import Pair, Past
+from world.explain.past import RecentPast
+from world.host.last_messages import Sent
 
 
-class Known(Struct, frozen=True, kw_only=True):
+class KnownRobot(Struct, frozen=True, kw_only=True):
     """What a robot knows of another."""
 
     stamp: Annotated[int, says("tick of the newest record")]
@@ -35,7 +36,7 @@ class InTraffic(Struct, frozen=True, kw_only=True):
     call: Annotated[str, says("its part in a joint plan to come: free, frozen, collecting, searching")]
     called: Annotated[Epoch | None, says("the joint plan to come")]
     follows: Annotated[Epoch | None, says("the joint plan that it follows")]
-    knows: dict[str, Known]
+    knows: dict[str, KnownRobot]
 
 
 class RobotState(Struct, frozen=True, kw_only=True):
@@ -51,12 +52,14 @@ class RobotState(Struct, frozen=True, kw_only=True):
     wheels: Annotated[tuple[float, float], says("m/s; left and right")]
     target: Annotated[int | None, says("index of the stop that it drives to")]
     stops: Annotated[list[tuple[float, float]], says("m")]
-    heard: Annotated[list[Pair], says("broadcasts that reached it in this tick: who spoke, and when")]
+    heard: Annotated[list[Sent], says("broadcasts that reached it in this tick: who spoke, and when")]
     tables: Annotated[dict[str, Any], says("what the fuzzy tables say at its aim, and the rules that fired")]
     traffic: InTraffic | None
 
 
-def state_of(name: str, robot: Robot | None, past: Past, settings: Settings, controller: Controller) -> RobotState:
+def state_of(
+    name: str, robot: Robot | None, past: RecentPast, settings: Settings, controller: Controller
+) -> RobotState:
     """Return the state of a robot at the last tick of ``past``; None: it runs other code, whose state is not known."""
     sense, command = past.senses[name], past.commands.get(name)
     tables: dict[str, Any] = {}
@@ -91,6 +94,6 @@ def _traffic(name: str, robot: Robot | None) -> InTraffic | None:
     )  # fmt: skip
 
 
-def _known(name: str, record: Record, *, silent: bool) -> Known:
+def _known(name: str, record: Record, *, silent: bool) -> KnownRobot:
     mine = tuple(number for robot, number in record.acks if robot == name)
-    return Known(stamp=record.stamp, silent=silent, held=record.held, claims=record.claims, acknowledged=mine)
+    return KnownRobot(stamp=record.stamp, silent=silent, held=record.held, claims=record.claims, acknowledged=mine)

@@ -3,16 +3,16 @@
 from collections.abc import Callable, Iterator, Mapping
 
 from swarm.robot.brain import Robot
-from world.explain.moment import Moment
-from world.explain.past import Answer, Next
+from world.explain.moment import Instant
+from world.explain.past import Next, TakenAnswer
 from world.explain.timeline import Timeline
 from world.replay.replay import Replay
-from world.replay.values import Tick
+from world.replay.values import ReplayedTick
 from world.tape.reader import TapeFile
 from world.world import World
 
 
-class Taped(Moment):
+class Taped(Instant):
     """A moment of a run on a tape.
 
     Raises:
@@ -58,17 +58,8 @@ class Taped(Moment):
             return False
         if self.world.run != self._run:
             self._run, self.past = self.world.run, self._no_past()
-        self.past.take(self.world.tick - 1, tick.senses, self._answers(tick), tick.joined)
+        self.past.take(self.world.tick - 1, tick.senses, answers_of(self.replay, tick), tick.joined)
         return True
-
-    def _answers(self, tick: Tick) -> Iterator[Answer]:
-        for name, command, stepped in tick.steps:
-            if command.took is not None:
-                heard = [(robot, at) for robot, at in command.took.heard]
-            else:
-                heard = stepped.sense.hears if stepped is not None else []
-            spoken = self.replay.broadcasts.get((name, command.tick)) if command.sent else None
-            yield Answer(name, command, heard, spoken)
 
     def is_away(self, robot: str, tick: int) -> bool:
         """Return True if a robot was away in the last tick, and has not come back by a tick to come."""
@@ -94,3 +85,12 @@ class Taped(Moment):
         lived = self.timeline.last(run, tick)
         while self.replay.done < lived and self.step():
             each(self.replay)
+
+
+def answers_of(replay: Replay, tick: ReplayedTick) -> Iterator[TakenAnswer]:
+    """Yield the answers of a tick, in the order in which the world took them."""
+    for name, command, stepped in tick.steps:
+        hears = stepped.sense.hears if stepped is not None else []
+        heard = command.took.heard if command.took is not None else hears
+        spoken = replay.broadcasts.get((name, command.tick)) if command.sent else None
+        yield TakenAnswer(name, command, list(heard), spoken)

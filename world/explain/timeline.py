@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from swarm.errors import ConfigError
 from swarm.messages import Command
 from world.explain.past import Next
-from world.tape.reader import Answered, Row, TapeFile
+from world.tape.reader import Answered, TapeFile, TapeRow
 from world.tape.rows import GIVEN, JOIN, RESTART, RESUME, SAVE
 
 When = tuple[int, int]  # run and tick
@@ -58,7 +58,7 @@ class Timeline:
         return found
 
 
-def _rows(file: TapeFile) -> Iterator[tuple[When, Row]]:
+def _rows(file: TapeFile) -> Iterator[tuple[When, TapeRow]]:
     """Yield the rows, each with the run and tick in which it ends."""
     run, tick, saved = file.head.run, 0, dict[int, When]()
     for row in file.rows():
@@ -73,7 +73,7 @@ def _rows(file: TapeFile) -> Iterator[tuple[When, Row]]:
         tick += row.whole
 
 
-def _answers(row: Row, tick: int, born: set[int]) -> Iterator[tuple[int, int]]:
+def _answers(row: TapeRow, tick: int, born: set[int]) -> Iterator[tuple[int, int]]:
     """Yield the robots that answer in a row, and the ticks that they answer; ``born`` gets those that join in it."""
     for item in row.items:
         match item:

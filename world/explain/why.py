@@ -16,7 +16,7 @@ from swarm.traffic.reservations.rules import Reservations
 from swarm.traffic.settings import TrafficConstants
 from world.explain.clauses import Cause, Clause
 from world.explain.links import MOST_NAMED, Links, own_record
-from world.explain.past import Next, Past
+from world.explain.past import Next, RecentPast
 
 AWAKE: Final = 60  # ticks; a robot that began to answer within them listens because of that
 STILL: Final = 1e-3  # m/s
@@ -25,7 +25,7 @@ STILL: Final = 1e-3  # m/s
 def explain(
     name: str,
     robots: Mapping[str, Robot],
-    past: Past,
+    past: RecentPast,
     settings: TrafficConstants,
     next_of: Callable[[str], Next | None] = lambda name: None,
 ) -> list[Cause]:

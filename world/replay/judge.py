@@ -6,7 +6,7 @@ from swarm.geometry import Pose
 from swarm.messages import Broadcast, Command
 from world.faults import Health
 from world.replay.replay import Replay
-from world.replay.values import Tick
+from world.replay.values import ReplayedTick
 from world.storm.history.history import History, Moment
 from world.storm.laws.judge import LAWS, Violation, judge
 from world.world import World
@@ -40,7 +40,7 @@ class Watch:
         self._world: World | None = None
         self._open: dict[int, Open] = {}  # by tick
 
-    def take(self, replay: Replay, tick: Tick) -> None:
+    def take(self, replay: Replay, tick: ReplayedTick) -> None:
         """Take in a tick that is over."""
         world = replay.world
         if self._history is None or world.run != self._run:

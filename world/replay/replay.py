@@ -19,9 +19,9 @@ from world.host.last_messages import LastMessages, Sent
 from world.in_process import InProcess
 from world.replay.ear import Ear
 from world.replay.outline import Outline
-from world.replay.values import Difference, Life, Saved, Stepped, Tick
+from world.replay.values import Difference, Life, ReplayedTick, SavedWorld, Stepped
 from world.saving.snapshot_file import pack_state, unpack_state
-from world.tape.reader import Answered, Row, TapeFile
+from world.tape.reader import Answered, TapeFile, TapeRow
 from world.tape.rows import ASK, GIVEN, JOIN, RESUME, SENSE, check_of
 from world.tasks.places import Book
 from world.world import World
@@ -38,14 +38,14 @@ class Replay(InProcess):
         ConfigError: the file is no tape, or what it has cannot have happened.
     """
 
-    def __init__(self, path: TapeFile, outline: Outline | None = None) -> None:
-        self.file, self.head = path, path.head
-        self.outline = outline or Outline.of(path)
+    def __init__(self, file: TapeFile, outline: Outline | None = None) -> None:
+        self.file, self.head = file, file.head
+        self.outline = outline or Outline.of(file)
         head = self.head
         try:
             scenario = Scenario.from_wire(head.map.scenario, head.map.packed)
         except SwarmError as fault:
-            raise ConfigError(f"tape {path.path}: the map: {fault}") from None
+            raise ConfigError(f"tape {file.path}: the map: {fault}") from None
         world = self._world(scenario, head.run, head.map.edits, None)
         super().__init__(world=world, scenario=scenario, controller=Controller(scenario.profile))
         self.difference: Difference | None = None
@@ -59,8 +59,8 @@ class Replay(InProcess):
         self._gaps: dict[str, str] = {}  # the last ticks that each robot has not answered, in words
         self._born: dict[str, int] = {}  # the life of the world in which each robot's process has begun
         self._sensed = False
-        self._saved: dict[int, Saved] = {}
-        self._rows: Iterator[Row] = self.file.rows()
+        self._saved: dict[int, SavedWorld] = {}
+        self._rows: Iterator[TapeRow] = self.file.rows()
         self._tick: list[tuple[str, Command, Stepped | None]] = []
         self._joined: list[str] = []
         self.answers = 0
@@ -80,7 +80,7 @@ class Replay(InProcess):
 
     # --- the rows ---
 
-    def step(self) -> Tick | None:
+    def step(self) -> ReplayedTick | None:
         """Replay until the end of the next tick; return None at the end of the tape."""
         for row in self._rows:
             if row.whole and not self._sensed and SENSE not in row.items:
@@ -128,7 +128,7 @@ class Replay(InProcess):
         self._senses[world.tick] = world.senses(self.lockstep)
         self._sensed = True
 
-    def _move(self) -> Tick:
+    def _move(self) -> ReplayedTick:
         world = self.world
         senses = self._senses.get(world.tick, {})
         events = self.move()
@@ -140,7 +140,7 @@ class Replay(InProcess):
         self._lives = {one: life for one, life in self._lives.items() if max(life.senses, default=0) >= oldest}
         if world.tick % self.outline.memory == 0:
             self.forget(oldest)
-        tick, self._tick, self._joined = Tick(senses, self._tick, events, self._joined), [], []
+        tick, self._tick, self._joined = ReplayedTick(senses, self._tick, events, self._joined), [], []
         return tick
 
     def _join(self, name: str, *, ours: bool) -> None:
@@ -192,7 +192,7 @@ class Replay(InProcess):
         book = world.tasks.places
         places = Book(starts=list(book.starts), requests=dict(book.requests))
         bodies = world.bodies
-        self._saved[row] = Saved(world.run, bodies.edits, bodies.floor, places, pack_state(world.save()))
+        self._saved[row] = SavedWorld(world.run, bodies.edits, bodies.floor, places, pack_state(world.save()))
 
     def _resume(self, row: int) -> None:
         saved = self._saved.get(row)
@@ -287,10 +287,12 @@ class Replay(InProcess):
 
 
 def replayed(
-    path: TapeFile, each: Callable[[Replay, Tick], None] = lambda replay, tick: None, outline: Outline | None = None
+    file: TapeFile,
+    each: Callable[[Replay, ReplayedTick], None] = lambda replay, tick: None,
+    outline: Outline | None = None,
 ) -> Replay:
     """Replay a whole tape; ``each`` is called after every tick."""
-    replay = Replay(path, outline)
+    replay = Replay(file, outline)
     while (tick := replay.step()) is not None:
         each(replay, tick)
     return replay

@@ -27,7 +27,7 @@ class Stepped(NamedTuple):
     outputs: Outputs | None  # None: of a robot of other code
 
 
-class Tick(NamedTuple):
+class ReplayedTick(NamedTuple):
     """What happened in one tick of the world."""
 
     senses: Mapping[str, Sense]
@@ -43,7 +43,7 @@ class Life(NamedTuple):
     broadcasts: Mapping[Sent, Broadcast]
 
 
-class Saved(NamedTuple):
+class SavedWorld(NamedTuple):
     """What a world goes on from that was killed."""
 
     run: int

@@ -62,7 +62,7 @@ class Answered(NamedTuple):
     check: bytes
 
 
-class Row(NamedTuple):
+class TapeRow(NamedTuple):
     """A row: what happened in a tick, or in a part of it."""
 
     number: int  # from 1
@@ -123,7 +123,7 @@ class TapeFile:
             raise self._fault(0, f"expected {FORMAT!r}, got {head.format!r}")
         return head
 
-    def rows(self) -> Iterator[Row]:
+    def rows(self) -> Iterator[TapeRow]:
         """Yield the rows of the file up to the last whole one.
 
         Raises:
@@ -141,7 +141,7 @@ class TapeFile:
             self.ticks += not rest
             if self.ticks > MOST_TICKS:
                 raise self._fault(number, f"expected at most {MOST_TICKS} ticks")
-            yield Row(number, found, not rest)
+            yield TapeRow(number, found, not rest)
 
     def unchecked(self) -> Iterator[list[Any]]:
         """Yield the rows of the file as they are, up to the last whole one; their items are not checked.

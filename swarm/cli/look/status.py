@@ -2,6 +2,7 @@
 
 import argparse
 from math import degrees
+from pathlib import Path
 from typing import Any, Final
 
 import msgspec
@@ -22,6 +23,7 @@ EVENTS: Final = 10  # last ones of one robot
 def status(options: argparse.Namespace) -> int:
     """Print the status of a running fleet: the phase, and where each robot is and what it does; or of one robot."""
     from swarm.bus import Bus
+    from swarm.launch.summary import told_of_tape
     from swarm.messages import STATUS
 
     here = place(options, WATCHER)
@@ -38,7 +40,7 @@ def status(options: argparse.Namespace) -> int:
     else:
         print(shown(whole) if name is None else described(whole, name))
         if name is None and (file := tape(options, here.fleet)) is not None:
-            print(f"tape: {file}  (run it again with: swarm replay {file})")
+            print(*told_of_tape(Path(file)), sep="\n")
     return 0
 
 

@@ -6,13 +6,13 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from swarm.cli.offline.replay import Progress
+from swarm.cli.offline.replay import ProgressLine
 from swarm.cli.parsing import Commands, Parser
 from swarm.errors import ConfigError
 from swarm.settings import MOST_ROBOTS, TAPE
 
 if TYPE_CHECKING:
-    from world.explain.moment import Moment
+    from world.explain.moment import Instant
     from world.explain.parting import Parting
 
 
@@ -40,8 +40,8 @@ def why(options: argparse.Namespace) -> int:
     return status
 
 
-def _doubted(moment: "Moment") -> int:
-    """Tell it if a moment may not be what happened; return the exit status: 1, else 0."""
+def _doubted(moment: "Instant") -> int:
+    """Print a doubt if a moment may not be what happened; return the exit status: 1, else 0."""
     if moment.doubt is not None:
         print(f"swarm: {moment.doubt}", file=sys.stderr)
     return int(moment.doubt is not None)
@@ -70,14 +70,14 @@ def _line(state: dict[str, Any]) -> str:
     """Return a robot's state in one line."""
     traffic, (x, y, _) = state["traffic"], state["pose"]
     words = [f"{state['robot']}: {state['activity'] if state['answered'] else 'has not answered'}"]
-    words.append(f"at {x:.2f}, {y:.2f} m, {max(map(abs, state['wheels'])):.2f} m/s")
+    words.append(f"at {x:.2f}, {y:.2f} m, {sum(state['wheels']) / 2:.2f} m/s")
     if traffic is not None:
         words.append(f"holds {', '.join(map(str, traffic['held']))}")
         words += [f"waits for {', '.join(traffic['waits'])}"] * bool(traffic["waits"])
     return "; ".join(words)
 
 
-def _moment(options: argparse.Namespace) -> "Moment":
+def _moment(options: argparse.Namespace) -> "Instant":
     from world.explain.source import moment_of
 
     if options.at is not None and not 0.0 <= options.at <= 1e6:
@@ -87,7 +87,7 @@ def _moment(options: argparse.Namespace) -> "Moment":
     if options.seed is not None and not 0 <= options.seed <= 2**53:
         raise ConfigError(f"--seed: expected 0 to 2**53, got {options.seed}")
     parts = {"run": options.run, "robots": options.robots, "seed": options.seed}
-    moment = moment_of(options.file or _running(options), options.at, **parts, each=Progress())
+    moment = moment_of(options.file or _running(options), options.at, **parts, each=ProgressLine())
     names = moment.world.robots
     if options.robot is not None and options.robot not in names:
         text = f"expected one of {', '.join(names)}, got {options.robot!r}; this run has no other then"

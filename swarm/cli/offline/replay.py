@@ -14,19 +14,19 @@ if TYPE_CHECKING:
 
     from world.replay.judge import Watch
     from world.replay.replay import Replay
-    from world.replay.values import Tick
+    from world.replay.values import ReplayedTick
 
 EVERY: Final = 2.0  # s between two lines on how far it is
 
 
-class Progress:
-    """Tells how far a replay is, on a terminal only."""
+class ProgressLine:
+    """Prints how far a replay is, on a terminal only."""
 
     def __init__(self) -> None:
         self._told = monotonic()
 
     def __call__(self, replay: "Replay") -> None:
-        """Tell it if it is time."""
+        """Print a line if the last one is some time ago."""
         if monotonic() - self._told >= EVERY and sys.stderr.isatty():
             self._told = monotonic()
             share = replay.done / max(1, replay.outline.ticks)
@@ -37,7 +37,7 @@ def replay(options: argparse.Namespace) -> int:
     """Replay a tape; return 0 if every answer is the same and no law is broken, else 1."""
     watch: Watch | None = None  # made once the file is known to be a tape
 
-    def each(one: "Replay", tick: "Tick") -> None:
+    def each(one: "Replay", tick: "ReplayedTick") -> None:
         nonlocal watch
         from world.replay.judge import Watch
 
@@ -56,7 +56,7 @@ def replay(options: argparse.Namespace) -> int:
     return 1 if found.difference is not None or broken else 0
 
 
-def opened(path: Path, each: "Callable[[Replay, Tick], None]" = lambda one, tick: None) -> "Replay":
+def opened(path: Path, each: "Callable[[Replay, ReplayedTick], None]" = lambda one, tick: None) -> "Replay":
     """Replay a whole tape, and tell how far it is; ``each`` is called after every tick.
 
     Raises:
@@ -71,9 +71,9 @@ def opened(path: Path, each: "Callable[[Replay, Tick], None]" = lambda one, tick
     announce()
     from world.replay.replay import replayed
 
-    progress = Progress()
+    progress = ProgressLine()
 
-    def tell(one: "Replay", tick: "Tick") -> None:
+    def tell(one: "Replay", tick: "ReplayedTick") -> None:
         progress(one)
         each(one, tick)
 

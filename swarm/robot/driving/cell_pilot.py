@@ -59,7 +59,7 @@ class Driven(NamedTuple):
     target: int = -1  # the stop for which this was counted
 
 
-class Asked(NamedTuple):
+class Assignment(NamedTuple):
     """What coordination was asked for; if it changes, a step is due at once."""
 
     goal: Point | None = None  # m
@@ -74,7 +74,7 @@ class LastTick(NamedTuple):
     rolled: tuple[int, ...] = ()  # cells that the tables would drive over, by the last rollout
     kept_away: int = 0  # ticks that it was kept from its place since it is done
     granted: TrafficOutputs | None = None  # None: there was no tick before
-    asked: Asked = Asked()
+    asked: Assignment = Assignment()
     unheard: tuple[Broadcast, ...] = ()  # broadcasts that came since the last step of coordination
 
 
@@ -123,7 +123,7 @@ class CellPilot:
         late = self._lateness.compare(sense.tick, (body.left, body.right))
         rolled = self._rolled(inputs, body, before)
         unheard = (*before.unheard, *inputs.heard)
-        asked = Asked(None if idle else inputs.goal, sense.stopped, self._cells)
+        asked = Assignment(None if idle else inputs.goal, sense.stopped, self._cells)
         if before.granted is None or asked != before.asked or self._traffic.is_due(sense.tick, scan):
             sweeps = () if before.driven.drawn_to is None or before.driven.circles else rolled
             braking = self._filter.braking(body, self._under_way(late, before))

@@ -4,7 +4,7 @@ The functions named in the tables of ``protocol`` return the result of a transit
 """
 
 from swarm.messages.traffic import Collect, Entry, Epoch, JointPlan, Refusal
-from swarm.traffic.joint.problem import RELAXATIONS, members_of, problem_of
+from swarm.traffic.joint.problem import RELAXATIONS, Problem, members_of, problem_of
 from swarm.traffic.joint.states import SETTLE, Call, Collecting, Free, Memory, Move, Published, Searching
 from swarm.traffic.lattice.cell_map import CellMap
 from swarm.traffic.mapf.planner import Outcome, Result
@@ -40,9 +40,7 @@ def all_stand(memory: Memory, call: Collecting, situation: Situation) -> Move | 
     )
     if all_in or late:
         memory.gather = settings.gather if all_in else min(2 * memory.gather, settings.gather_longest)
-        useful = _easier(memory, call.collect, 0, frozenset(), situation)
-        search = useful or _searching(memory, call.collect, 0, frozenset(), situation)
-        return Move(search) if search is not None else None
+        return _searching(memory, call.collect, 0, frozenset(), situation)
     return None
 
 
@@ -69,8 +67,7 @@ def found_none(memory: Memory, call: Searching, situation: Situation) -> Move | 
     """Relax the problem, unless it is proven that there is no plan."""
     if call.answer is None or _is_proof(call, call.answer):
         return None
-    search = _easier(memory, call.collect, call.problem.relaxation + 1, call.asked, situation)
-    return Move(search) if search is not None else None
+    return _searching(memory, call.collect, call.problem.relaxation + 1, call.asked, situation)
 
 
 def gave_up(memory: Memory, call: Searching, situation: Situation) -> Move | None:
@@ -142,29 +139,28 @@ def _refusals(memory: Memory, situation: Situation) -> list[Refusal]:
     return [refusal for refusal in refusals if refusal is not None and refusal.epoch == mine]
 
 
-def _easier(
-    memory: Memory, collect: Collect, number: int, asked: frozenset[object], situation: Situation
-) -> Searching | None:
-    """State the first problem from a relaxation on in which somebody reaches its own goal, or its target on the way.
-
-    Where cells that a dead robot held cut robots off from their goals, a plan leads nobody on.
-    """
-    for relaxation in range(number, len(RELAXATIONS)):
-        search = _searching(memory, collect, relaxation, asked, situation)
-        if search is not None and (search.problem.eager or search.problem.vias or not search.problem.wanting):
-            return search
-    return None
-
-
 def _searching(
-    memory: Memory, collect: Collect, number: int, asked: frozenset[object], situation: Situation
-) -> Searching | None:
-    """State the problem of a relaxation, on the floor as members have corrected it; None if it was asked before."""
+    memory: Memory, collect: Collect, first: int, asked: frozenset[object], situation: Situation
+) -> Move | None:
+    """Begin to search for an answer to the next problem that was not asked before, on the corrected floor.
+
+    Where cells that a dead robot held cut robots off from their goals, a plan leads nobody on: such a problem is asked
+    only if there is no other at all.
+    """
     cells, members = situation.cells.without(memory.shut), members_of(collect.epoch, memory.me, situation)
-    problem = problem_of(number, members, situation, cells, memory.settings)
-    if not problem.members or problem.asks in asked:
-        return None
-    return Searching(collect, problem, problem.search(collect.epoch, cells, memory.settings), asked | {problem.asks})
+    vain: Problem | None = None
+    for number in range(first, len(RELAXATIONS)):
+        problem = problem_of(number, members, situation, cells, memory.settings)
+        if problem.members and problem.asks not in asked:
+            if problem.leads_on:
+                break
+            vain = vain or problem
+    else:
+        if vain is None or first > 0:
+            return None
+        problem = vain
+    search = problem.search(collect.epoch, cells, memory.settings)
+    return Move(Searching(collect, problem, search, asked | {problem.asks}))
 
 
 def _is_proof(call: Searching, answer: Result) -> bool:

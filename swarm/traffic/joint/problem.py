@@ -84,6 +84,11 @@ class Problem(NamedTuple):
     wanting: bool = False  # a member has stops left, and is not at its goal
 
     @property
+    def leads_on(self) -> bool:
+        """True if a plan leads somebody to its goal, or over its target; or if nobody needs that."""
+        return bool(self.eager or self.vias) or not self.wanting
+
+    @property
     def asks(self) -> object:
         """What distinguishes it from other problems."""
         return self.members, self.goals, self.blocked, self.vias

@@ -77,6 +77,29 @@ def pace(before: int, cell: int, other: int) -> float:
 _pace = njit("f8(i8, i8, i8)", cache=True)(pace)
 
 
+@njit("f8(i8[::1], i8)", cache=True)
+def _takes(way: Integers, place: int) -> float:
+    """Return the time from the cell before a place of a way to the cell there [steps]."""
+    before = way[place - 2] if place > 1 else way[place - 1]
+    return _pace(before, way[place - 1], way[place])
+
+
+@njit("void(i8[::1], f8[:, :, ::1], i8, i8, f8)", cache=True)
+def _enter(way: Integers, times: Floats, robot: int, place: int, begins: float) -> None:
+    """Note when a robot begins to drive into a place of its way, and so when it arrives there."""
+    times[BEGINS, robot, place], times[ARRIVES, robot, place] = begins, begins + _takes(way, place)
+
+
+@njit("UniTuple(f8, 2)(i8[::1], f8[:, :, ::1])", cache=True)
+def _arrivals(lengths: Integers, times: Floats) -> tuple[float, float]:
+    """Return the last arrival, and the sum of all."""
+    last = total = 0.0
+    for robot in range(len(lengths)):
+        last = max(last, times[ARRIVES, robot, lengths[robot] - 1])
+        total += times[ARRIVES, robot, lengths[robot] - 1]
+    return last, total
+
+
 @njit("UniTuple(f8, 2)(i8[:, ::1], i8[:, ::1], i8[::1], f8[:, :, ::1])", cache=True)
 def _scheduled(steps: Integers, ways: Integers, lengths: Integers, times: Floats) -> tuple[float, float]:
     """Fill in a schedule; return the last arrival and the sum of all, or no numbers where entries wait in a circle."""
@@ -110,18 +133,12 @@ def _scheduled(steps: Integers, ways: Integers, lengths: Integers, times: Floats
                         still += 1
                         continue
                     begins = max(begins, times[ARRIVES, other, left[robot] + 1])
-                here, cell = ways[robot, place - 1], steps[time, robot]
-                before = ways[robot, place - 2] if place > 1 else here
-                ways[robot, place], lengths[robot] = cell, place + 1
-                times[BEGINS, robot, place], times[ARRIVES, robot, place] = begins, begins + _pace(before, here, cell)
+                ways[robot, place], lengths[robot] = steps[time, robot], place + 1
+                _enter(ways[robot], times, robot, place, begins)
             if still == waiting:
                 return inf, inf
             waiting = still
-    last = total = 0.0
-    for robot in range(robots):
-        last = max(last, times[ARRIVES, robot, lengths[robot] - 1])
-        total += times[ARRIVES, robot, lengths[robot] - 1]
-    return last, total
+    return _arrivals(lengths, times)
 
 
 @njit("UniTuple(f8, 2)(i8[:, ::1], i8[::1], f8[:, :, ::1], i8)", cache=True)
@@ -139,18 +156,13 @@ def _advanced(ways: Integers, lengths: Integers, times: Floats, cells: int) -> t
             number += 1
     for entry in np.argsort(when):
         robot, place = who[entry], places[entry]
-        here, cell = ways[robot, place - 1], ways[robot, place]
-        before = ways[robot, place - 2] if place > 1 else here
+        cell = ways[robot, place]
         other, begins = visitor[cell], times[ARRIVES, robot, place - 1]
         if other not in (NOBODY, robot):
             begins = max(begins, times[ARRIVES, other, visit[cell] + 1])
-        times[BEGINS, robot, place], times[ARRIVES, robot, place] = begins, begins + _pace(before, here, cell)
+        _enter(ways[robot], times, robot, place, begins)
         visitor[cell], visit[cell] = robot, place
-    last = total = 0.0
-    for robot in range(robots):
-        last = max(last, times[ARRIVES, robot, lengths[robot] - 1])
-        total += times[ARRIVES, robot, lengths[robot] - 1]
-    return last, total
+    return _arrivals(lengths, times)
 
 
 @njit("Tuple((i8[::1], f8[::1], f8[::1]))(i8[:, ::1], i8[::1], f8[:, :, ::1], b1[::1], i8)", cache=True)
@@ -185,7 +197,9 @@ def _rerouted(
     robot: int, ways: Integers, lengths: Integers, times: Floats, out: Flags,
     joined: NDArray[np.int32], tables: Integers, visits: int, chance: int,
 ) -> int:  # fmt: skip
-    """Give a robot that is ``out`` a quickest way past the others; return the expansions, negative if it finds none.
+    """Find a quickest way past the others for a robot that is ``out``, and write it into the schedule.
+
+    Return the expansions, negative if there is no way.
 
     ``tables`` are its steps to its goal, and to that through the cell that it ``visits``. ``chance`` is a seed.
     """
@@ -252,9 +266,7 @@ def _rerouted(
         ways[robot, place], times[ARRIVES, robot, place] = cell_of[state // 2 // (sides + 1)], reached[state]
         state = came[state]
     for place in range(1, length):
-        here = ways[robot, place - 1]
-        before = ways[robot, place - 2] if place > 1 else here
-        times[BEGINS, robot, place] = times[ARRIVES, robot, place] - _pace(before, here, ways[robot, place])
+        times[BEGINS, robot, place] = times[ARRIVES, robot, place] - _takes(ways[robot], place)
     return pops
 
 
@@ -266,7 +278,7 @@ def rerouted(
     robots: Integers, ways: Integers, lengths: Integers, times: Floats,
     joined: NDArray[np.int32], tables: Integers, visits: Integers, chance: int,
 ) -> tuple[float, float, int]:  # fmt: skip
-    """Give some robots new ways in a schedule, in turn, past the others and those before them.
+    """Find new ways for some robots of a schedule, in turn, past the others and those before them.
 
     Return the last arrival and the sum of all arrivals [steps], and the expansions. They are no numbers if a robot
     finds no way; the arrays then hold no schedule.

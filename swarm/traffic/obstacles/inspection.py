@@ -140,8 +140,10 @@ def view(readings: Iterable[Reading], pose: Pose, cell: int, cells: CellMap, set
             continue  # the ray misses the cell, or a wall of the map is in front of the cell
         hit = radius + reading.measured
         if hit >= min(leaves, wall) - SHORT:
-            seen = leaves <= reach + SHORT or wall < reach
-            through, hidden = through + seen, hidden + (not seen)
+            if leaves > reach + SHORT and wall >= reach:
+                hidden += 1
+            else:
+                through += 1
         elif hit >= enters - EDGE:
             return View.OCCUPIED
         else:

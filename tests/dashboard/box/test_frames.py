@@ -6,7 +6,7 @@ import pytest
 from dashboard.box import frames as telling
 from dashboard.fold.progress import Progress
 from dashboard.fold.scene import scene_of
-from dashboard.fold.state import Turn
+from dashboard.fold.state import QueuePlace
 from swarm.messages import Activity, Liveness, Map, Phase, PoolCounts
 from swarm.scenario.load import Scenario
 from tests.dashboard.fold.test_progress import folded
@@ -21,7 +21,7 @@ def test_the_overview_says_what_each_robot_does_and_how_far_it_is() -> None:
         msgspec.structs.replace(event(50), kind="contact", robot="a"),
         msgspec.structs.replace(clock(80), pool=PoolCounts(given=5, done=2, taken=1, waiting=2)),
     )
-    told = telling.Overviewing(progress, {"a": Turn(2, 4)}, home=True, link=True)()
+    told = telling.Overviewing(progress, {"a": QueuePlace(2, 4)}, home=True, link=True)()
     assert (told.run, told.phase, told.time, told.contacts) == (1, Phase.RUNNING, 4.0, 1)
     assert told.pool == PoolCounts(given=5, done=2, taken=1, waiting=2)
     first, second = told.robots

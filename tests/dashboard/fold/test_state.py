@@ -3,7 +3,7 @@
 import pytest
 from msgspec.structs import replace
 
-from dashboard.fold.state import ALL, RunState, Turn
+from dashboard.fold.state import ALL, QueuePlace, RunState
 from swarm.bus import Arrival, Presence
 from swarm.errors import SwarmError
 from swarm.messages import CLOCK, Activity, Broadcast, Events, Liveness, Message, Phase, Plan, Truth
@@ -149,30 +149,30 @@ THREE = [*drives("a", 1.0), *drives("b", 2.0), *drives("c", 3.0)]
 PLANNED = [*THREE, *map(follows, "abc"), seen()]
 
 # fmt: off
-QUEUES: dict[str, tuple[list[Message], dict[str, Turn]]] = {  # what is known -> the turns
+QUEUES: dict[str, tuple[list[Message], dict[str, QueuePlace]]] = {  # what is known -> the turns
     "nobody has spoken":               ([],                                                        {}),
     "one alone":                       (drives("a", 3.0),                                          {}),
     "each to another place":           ([*drives("a", 3.0), *drives("b", 2.0, THERE)],             {}),
-    "by what is left":                 ([*drives("a", 3.0), *drives("b", 2.0)],                    {"b": Turn(1, 2), "a": Turn(2, 2)}),
+    "by what is left":                 ([*drives("a", 3.0), *drives("b", 2.0)],                    {"b": QueuePlace(1, 2), "a": QueuePlace(2, 2)}),
     "two queues":                      ([*drives("a", 3.0), *drives("b", 2.0), *drives("c", 1.0, THERE), *drives("d", 4.0, THERE)],
-                                        {"b": Turn(1, 2), "a": Turn(2, 2), "c": Turn(1, 2), "d": Turn(2, 2)}),
-    "other numbers, the same place":   ([*drives("a", 3.0), *drives("b", 2.0, target=1)],          {"b": Turn(1, 2), "a": Turn(2, 2)}),
+                                        {"b": QueuePlace(1, 2), "a": QueuePlace(2, 2), "c": QueuePlace(1, 2), "d": QueuePlace(2, 2)}),
+    "other numbers, the same place":   ([*drives("a", 3.0), *drives("b", 2.0, target=1)],          {"b": QueuePlace(1, 2), "a": QueuePlace(2, 2)}),
     "who gives way or is blocked":     ([*drives("a", 3.0, activity=Activity.GIVE_WAY), *drives("b", 2.0, activity=Activity.BLOCKED)],
-                                        {"b": Turn(1, 2), "a": Turn(2, 2)}),
+                                        {"b": QueuePlace(1, 2), "a": QueuePlace(2, 2)}),
     "one was told to stop":            ([*drives("a", 3.0), *drives("b", 2.0, activity=Activity.STOPPED)], {}),
     "one is done":                     ([*drives("a", 3.0), *drives("b", 0.0, activity=Activity.DONE)],    {}),
     "one has no path":                 ([*drives("a", 3.0), state(20, "b")],                       {}),
     "one is silent":                   ([*drives("a", 3.0), *drives("b", 2.0), clock(200, robots=NAMES), *[replace(m, tick=200) for m in drives("a", 3.0)]], {}),
-    "by the plan, not by what is left": (PLANNED,                                                  {"c": Turn(1, 3), "a": Turn(2, 3), "b": Turn(3, 3)}),
+    "by the plan, not by what is left": (PLANNED,                                                  {"c": QueuePlace(1, 3), "a": QueuePlace(2, 3), "b": QueuePlace(3, 3)}),
     "one outside the plan keeps its place": ([*PLANNED, *drives("d", 1.5)],
-                                        {"c": Turn(1, 4), "d": Turn(2, 4), "a": Turn(3, 4), "b": Turn(4, 4)}),
-    "a plan whose robots were not seen": (PLANNED[:-1],                                            {"a": Turn(1, 3), "b": Turn(2, 3), "c": Turn(3, 3)}),
+                                        {"c": QueuePlace(1, 4), "d": QueuePlace(2, 4), "a": QueuePlace(3, 4), "b": QueuePlace(4, 4)}),
+    "a plan whose robots were not seen": (PLANNED[:-1],                                            {"a": QueuePlace(1, 3), "b": QueuePlace(2, 3), "c": QueuePlace(3, 3)}),
     "one's way ends near the target": ([*PLANNED, *drives("d", 0.5), follows("d")],
-                                        {"c": Turn(1, 4), "a": Turn(2, 4), "b": Turn(3, 4), "d": Turn(4, 4)}),
+                                        {"c": QueuePlace(1, 4), "a": QueuePlace(2, 4), "b": QueuePlace(3, 4), "d": QueuePlace(4, 4)}),
     "one goes on to another target":   ([*THREE[:4], *drives("c", 3.0, THERE), follows("c", 2), follows("b"), follows("a"), seen()],
-                                        {"a": Turn(1, 2), "b": Turn(2, 2)}),
+                                        {"a": QueuePlace(1, 2), "b": QueuePlace(2, 2)}),
     "the one before it has left the plan": ([*THREE, follows("c", 2), follows("b"), broadcast(20, "a", distance=1.0), seen()],
-                                        {"a": Turn(1, 3), "c": Turn(2, 3), "b": Turn(3, 3)}),
+                                        {"a": QueuePlace(1, 3), "c": QueuePlace(2, 3), "b": QueuePlace(3, 3)}),
 }
 # fmt: on
 

@@ -4,7 +4,7 @@ from typing import Final
 
 import pytest
 
-from dashboard.fold.state import RunState, Turn
+from dashboard.fold.state import QueuePlace, RunState
 from swarm.messages import Clock, Map, Phase
 from swarm.robot.brain import Inputs, Outputs, Robot
 from swarm.scenario.load import load
@@ -33,7 +33,7 @@ def test_robots_reach_their_targets_in_the_order_of_their_turns(monkeypatch: pyt
     world, known = simulation.world, RunState()
     settings, packed = scenario.to_wire()
     known.take(Map(packed=packed, scenario=settings))
-    looks: list[tuple[float, dict[str, int], dict[str, Turn]]] = []
+    looks: list[tuple[float, dict[str, int], dict[str, QueuePlace]]] = []
     while not world.finished:
         if world.tick % RATE == 0:
             names = list(world.robots)
@@ -53,6 +53,8 @@ def test_robots_reach_their_targets_in_the_order_of_their_turns(monkeypatch: pyt
             reached = {name: rows[name]["reached"][target] for name in rows if to[name] == target}
             queue = sorted((name for name in reached if reached[name] > time), key=reached.__getitem__)
             if len(queue) == len(reached) > 1:  # nobody has reached it in this moment
-                right += [turns.get(name) == Turn(number, len(queue)) for number, name in enumerate(queue, start=1)]
+                right += [
+                    turns.get(name) == QueuePlace(number, len(queue)) for number, name in enumerate(queue, start=1)
+                ]
     assert len(right) > 100
     assert sum(right) > 0.85 * len(right)

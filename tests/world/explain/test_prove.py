@@ -11,7 +11,7 @@ from tests.storm.shared import plan_of
 from tests.world.explain.recorded import Recorded
 from tests.world.explain.test_why import deaf, first, one_behind_the_other, shipped, two
 from world.explain.clauses import Cause, Clause
-from world.explain.moment import Moment, Simulated, run_until
+from world.explain.moment import Instant, Simulated, run_until
 from world.explain.onward import Onward
 from world.explain.prove import Proof, prove
 from world.explain.taped import Taped
@@ -21,7 +21,7 @@ from world.tape.reader import TapeFile
 
 
 def proofs(make: Callable[[], Simulation], robot: str, tick: int, causes: list[Cause] | None = None) -> list[Proof]:
-    def again() -> Moment:
+    def again() -> Instant:
         return run_until(Simulated(make()), tick)
 
     moment = again()

@@ -4,7 +4,7 @@ import msgspec
 import pytest
 
 from tests.storm.shared import plan_of
-from world.explain.moment import Moment, Simulated, run_until
+from world.explain.moment import Instant, Simulated, run_until
 from world.explain.past import KEPT
 from world.explain.state import RobotState
 from world.faults import Faults
@@ -12,12 +12,12 @@ from world.simulate import Simulation
 
 
 @pytest.fixture
-def moment() -> Moment:
+def moment() -> Instant:
     return run_until(Simulated(Simulation.of(plan_of().to_scenario(), 2, 1)), 80)
 
 
 @pytest.mark.parametrize("robot", ["r1", "r2"])
-def test_the_state_is_that_of_the_wire(moment: Moment, robot: str) -> None:
+def test_the_state_is_that_of_the_wire(moment: Instant, robot: str) -> None:
     state, sense, command = moment.state(robot), moment.past.senses[robot], moment.past.commands[robot]
     assert (state.tick, state.time, state.answered, state.activity) == (80, 4.0, True, command.activity.value)
     assert state.pose == (sense.x, sense.y, sense.yaw)
@@ -28,7 +28,7 @@ def test_the_state_is_that_of_the_wire(moment: Moment, robot: str) -> None:
     assert abs(sum(state.tables["weights"].values()) - 1.0) < 1e-9
 
 
-def test_it_has_what_is_known_of_the_other(moment: Moment) -> None:
+def test_it_has_what_is_known_of_the_other(moment: Instant) -> None:
     mine, theirs = moment.state("r1").traffic, moment.past.said["r2"]
     assert mine is not None
     known = mine.knows["r2"]
@@ -36,7 +36,7 @@ def test_it_has_what_is_known_of_the_other(moment: Moment) -> None:
     assert (known.held, known.claims, known.silent) == (said[known.stamp].held, said[known.stamp].claims, False)
 
 
-def test_it_is_plain_data(moment: Moment) -> None:
+def test_it_is_plain_data(moment: Instant) -> None:
     state = moment.state("r1")
     assert msgspec.json.decode(msgspec.json.encode(state), type=RobotState) == state
 

@@ -12,7 +12,7 @@ from swarm.scenario.load import load
 from tests.shared import ROOT, with_settings
 from tests.storm.shared import plan_of
 from world.explain.clauses import Cause, Clause
-from world.explain.moment import Moment, Simulated, run_until
+from world.explain.moment import Instant, Simulated, run_until
 from world.explain.past import Missed
 from world.faults import Faults, Health, Spell
 from world.simulate import Simulation
@@ -38,7 +38,7 @@ BEND: Final[dict[str, Any]] = {  # r2 begins in the corridor's bay
 class Told(NamedTuple):
     """The first explanation that names a clause."""
 
-    moment: Moment
+    moment: Instant
     causes: list[Cause]
     cause: Cause
 
@@ -60,7 +60,7 @@ def first(simulation: Simulation, clause: Clause, robot: str | None = None, *, a
     """Return the first explanation, of a robot or of any, that names a clause."""
     found: list[Told] = []
 
-    def look(moment: Moment) -> None:
+    def look(moment: Instant) -> None:
         for name in [robot] if robot is not None else moment.robots:
             causes = moment.why(name) if moment.past.tick >= after else []
             named = [cause for cause in causes if cause.clause is clause]
@@ -290,7 +290,7 @@ def test_a_broadcast_behind_a_wall_is_not_called_lost() -> None:
 def test_chains_end_at_a_root_and_never_name_a_holder_that_does_not_hold(name: str, robots: int, loss: float) -> None:
     asked = thin = circles = 0
 
-    def look(moment: Moment) -> None:
+    def look(moment: Instant) -> None:
         nonlocal asked, thin, circles
         if moment.past.tick % 20:
             return
@@ -309,7 +309,7 @@ def test_chains_end_at_a_root_and_never_name_a_holder_that_does_not_hold(name: s
     assert circles <= asked / 50, "joint plans resolve them at once"
 
 
-def is_true(moment: Moment, cause: Cause, follows: Cause | None) -> bool:
+def is_true(moment: Instant, cause: Cause, follows: Cause | None) -> bool:
     """Return True if the robot named holds or claims the cell, or the next line says that it does not any more."""
     assert cause.other is not None
     decided = moment.robots[cause.other].decided
