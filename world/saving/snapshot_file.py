@@ -112,6 +112,8 @@ def unpack_state(packed: bytes) -> WorldState:
 def write(snapshot: Snapshot, path: Path) -> None:
     """Replace the file at once, and keep the one before: whoever reads finds a whole snapshot.
 
+    For a moment the one before is no other file than this one, or there is none: then the one to come is whole.
+
     Raises:
         OSError: the file cannot be written.
     """
@@ -140,26 +142,27 @@ def _beside(path: Path) -> Path:
 
 
 def newest(path: Path, scenario: Scenario, robots: int, seed: int, log: Callable[[str], None]) -> Snapshot | None:
-    """Return the snapshot in a file, or the one before if that file is spoilt; None if there is no file.
+    """Return the snapshot in a file, or the one beside it if that file is spoilt; None if there is no file.
 
-    If the fleet takes orders, the world of the one before has another identity. Its robots may know later stops than it
-    does, so they have to join it again.
+    If the fleet takes orders, the world of the one beside it has another identity. Its robots may know later stops than
+    it does, so they have to join it again.
 
     Raises:
-        ConfigError: neither can be read, is whole and belongs to this run.
+        ConfigError: none can be read, is whole and belongs to this run.
     """
     if not path.exists():
         return None
     try:
         return read(path, scenario, robots, seed)
     except ConfigError as fault:
-        try:
-            found = read(earlier(path), scenario, robots, seed)
-        except ConfigError:
-            raise fault from None
-        log(f"{fault}; went on from the snapshot before")
-        ordered = scenario.settings.serve or found.state.tasks.missions.orders.last > 0
-        return replace(found, identity=new_identity()) if ordered else found
+        spoilt = fault
+    for file, name in ((_beside(path), "that was being written"), (earlier(path), "before")):
+        with suppress(ConfigError):
+            found = read(file, scenario, robots, seed)
+            log(f"{spoilt}; went on from the snapshot {name}")
+            ordered = scenario.settings.serve or found.state.tasks.missions.orders.last > 0
+            return replace(found, identity=new_identity()) if ordered else found
+    raise spoilt
 
 
 def read(path: Path, scenario: Scenario, robots: int, seed: int) -> Snapshot:

@@ -1,5 +1,6 @@
 """A run that goes on from a snapshot is the run that nothing disturbed; a file that is no snapshot is refused."""
 
+import os
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -159,6 +160,34 @@ def test_of_a_spoilt_file_the_one_before_is_taken_and_that_is_said(name: str, tm
         snapshot_file.newest(file, simulation.scenario, 2, 1, said.append)
     assert reason in str(fault.value)
     assert str(fault.value).startswith(f"snapshot {file}: ")
+
+
+@pytest.mark.parametrize("step", ["pathlib.Path.unlink", "os.link", "os.replace"])
+def test_a_world_killed_at_any_step_of_writing_leaves_a_whole_one_although_the_file_is_spoilt(
+    step: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """The file is spoilt where it is, so that every other name of it is spoilt too."""
+    simulation, file, said = Simulation.of(scenario_of(), 2, 1), tmp_path / "s", list[str]()
+
+    def save() -> None:
+        simulation.step()
+        snapshot_file.write(snapshot_of(simulation.world, simulation.scenario, simulation.seed), file)
+
+    def killed(*arguments: object, **more: object) -> None:
+        raise KeyboardInterrupt
+
+    save()
+    save()
+    with monkeypatch.context() as patched:
+        patched.setattr(step, killed)
+        with pytest.raises(KeyboardInterrupt):
+            save()
+    assert snapshot_file.read(file, simulation.scenario, 2, 1).state.tick == 2
+    os.truncate(file, file.stat().st_size // 2)
+    found = snapshot_file.newest(file, simulation.scenario, 2, 1, said.append)
+    assert found is not None
+    assert found.state.tick == 3
+    assert said[0].endswith("; went on from the snapshot that was being written")
 
 
 def test_robots_that_may_know_later_orders_have_to_join_the_world_of_the_one_before(tmp_path: Path) -> None:
