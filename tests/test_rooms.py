@@ -60,7 +60,7 @@ SUBROOMS: Final = {
     "world.saving": "fleet tasks",
     "world.tape": "",
     "world.host": "bodies fleet saving tape tasks views",
-    "world.replay": "fleet host saving tape tasks",
+    "world.replay": "fleet host saving tape tasks views",
     "world.explain": "host replay tape",
     "world.storm.plans": "",
     "world.storm.history": "plans",

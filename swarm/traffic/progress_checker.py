@@ -1,6 +1,7 @@
 """How long a robot has made no progress: its way has not become shorter, or it is still at one place."""
 
 from collections.abc import Callable
+from functools import partial
 from math import inf
 from typing import Generic, TypeVar
 
@@ -37,7 +38,7 @@ class ProgressChecker(Generic[Measure]):
 
 def farther_than(radius: float) -> Callable[[tuple[float, ...], tuple[float, ...]], bool]:
     """Return the test of a robot that makes progress when it is more than ``radius`` [m] from where it was."""
-    return lambda then, now: distance(then, now) > radius
+    return partial(_is_off, radius)
 
 
 def shorter_way(longer: float = inf) -> Callable[[int, int], bool]:
@@ -45,4 +46,12 @@ def shorter_way(longer: float = inf) -> Callable[[int, int], bool]:
 
     A way that is more than ``longer`` [cells] longer is another way, on which the count starts again.
     """
-    return lambda fewest, left: not fewest <= left <= fewest + longer
+    return partial(_is_shorter, longer)
+
+
+def _is_off(radius: float, then: tuple[float, ...], now: tuple[float, ...]) -> bool:
+    return distance(then, now) > radius
+
+
+def _is_shorter(longer: float, fewest: int, left: int) -> bool:
+    return not fewest <= left <= fewest + longer

@@ -59,6 +59,7 @@ class Replay(InProcess):
         self._gaps: dict[str, str] = {}  # the last ticks that each robot has not answered, in words
         self._born: dict[str, int] = {}  # the life of the world in which each robot's process has begun
         self._sensed = False
+        self.when_sensed: Callable[[], None] = lambda: None  # called when the senses of a tick were made
         self._saved: dict[int, SavedWorld] = {}
         self._rows: Iterator[TapeRow] = self.file.rows()
         self._tick: list[tuple[str, Command, Stepped | None]] = []
@@ -127,6 +128,7 @@ class Replay(InProcess):
         world = self.world
         self._senses[world.tick] = world.senses(self.lockstep)
         self._sensed = True
+        self.when_sensed()
 
     def _move(self) -> ReplayedTick:
         world = self.world
