@@ -118,3 +118,9 @@ def each_on_map(grid: Grid, pose: Pose, angles: Sequence[float], reach: float) -
     yaw = pose.yaw - grid.origin.yaw
     found: NDArray[np.float64] = _each(grid.solid, x, y, yaw, _as_array(tuple(angles)), reach / grid.resolution)
     return found * grid.resolution
+
+
+def free_on_map(grid: Grid, pose: Pose, radius: float, reach: float, angles: Sequence[float]) -> list[float]:
+    """Return the distances [m], 0..reach, as ``each_on_map`` does, but from the edge of a robot of this radius [m]."""
+    found: list[float] = (each_on_map(grid, pose, angles, radius + reach) - radius).tolist()
+    return found

@@ -1,6 +1,6 @@
 """Driving in cells: a robot enters only cells that it holds, and the fuzzy tables steer inside held cells."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from functools import partial
 from math import inf
 from typing import Final, NamedTuple
@@ -13,8 +13,7 @@ from swarm.geometry import Pose, Twist, bearing, distance
 from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.messages import COMMAND, Activity, Broadcast, Sense
 from swarm.motion.drive import DifferentialDrive, gap
-from swarm.planning.grid import Grid
-from swarm.planning.rays import each_on_map
+from swarm.planning.rays import free_on_map
 from swarm.robot.driving.aim import Aiming, distance_along
 from swarm.robot.driving.evasion import Evasion
 from swarm.robot.driving.pilot import PilotInputs, PilotOutputs
@@ -324,13 +323,8 @@ class CellPilot:
     def _scan(self, inputs: PilotInputs) -> Scan:
         """Return the rays' bearings and readings, and a function that gives the readings expected from the map."""
         radius, reach = self._settings.robot.radius, self._settings.sensors.range
-        expected = partial(_expected, inputs.navigator.grid, inputs.pose, radius, reach)
+        expected = partial(free_on_map, inputs.navigator.grid, inputs.pose, radius, reach)
         return Scan(self._bearings, inputs.sense.rays, expected)
-
-
-def _expected(grid: Grid, pose: Pose, radius: float, reach: float, bearings: Sequence[float]) -> list[float]:
-    found: list[float] = (each_on_map(grid, pose, bearings, radius + reach) - radius).tolist()
-    return found
 
 
 def _targets_of_others(settings: Settings, number: int) -> list[Point]:
