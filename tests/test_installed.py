@@ -107,7 +107,7 @@ def test_a_library_that_is_missing_is_named(tmp_path: Path, library: str) -> Non
     [
         (["run", "paper", "--dashboard", "viewer"], "--dashboard viewer: {}, or run without it"),
         (["run", "paper", "--record", "run.rrd"], "--record run.rrd: {}, or run without it"),
-        (["analyze", "run.rrd"], "analyze: {}"),
+        (["replay", "run.swarm", "--rrd", "run.rrd"], "--rrd run.rrd: {}"),
     ],
 )
 def test_what_needs_rerun_names_the_extra(tmp_path: Path, arguments: list[str], expected: str) -> None:

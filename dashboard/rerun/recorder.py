@@ -76,8 +76,8 @@ class Recordings:
         """True if files are written."""
         return self._record is not None
 
-    def close(self, within: float = SMALLER) -> None:
-        """Finish all recordings: what is under way is sent, the files get their ends.
+    def close(self, within: float = SMALLER) -> list[Path]:
+        """Finish all recordings, and return the files: what is under way is sent, the files get their ends.
 
         Rerun would keep an index of all chunks, gigabytes in a day, to write it at the end. Its program writes one when
         it makes the files smaller: the newest first, as far as ``within`` [s] suffices.
@@ -92,7 +92,8 @@ class Recordings:
         for file in reversed(self._files):
             if (left := until - monotonic()) > 0.0:
                 compact(file, left)
-        self._files.clear()
+        files, self._files = self._files, []
+        return files
 
 
 def compact(recording: Path, within: float) -> None:

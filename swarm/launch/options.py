@@ -1,10 +1,12 @@
 """The options of `swarm run`, and their check before anything is started."""
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import ceil
 from pathlib import Path
 
+from swarm.errors import ConfigError
 from swarm.launch.proxy import Delay
 from swarm.launch.supervise.fleet import check_open_files
 from swarm.scenario.check import check
@@ -63,3 +65,15 @@ def ready(options: Options) -> Options:
     mission = check(options.scenario, options.robots, options.seed)
     check_external(options.outside, options.robots)
     return replace(options, scenario=mission.scenario, loaded=options.scenario)
+
+
+def check_output(flag: str, path: Path) -> None:
+    """Check that a file which ``flag`` names can be written, as far as its folder tells.
+
+    Raises:
+        ConfigError: it is a folder, or its folder cannot be written.
+    """
+    if path.is_dir():
+        raise ConfigError(f"{flag} {path}: expected a file's name, got a folder; add one")
+    if not os.access(path.parent, os.W_OK):
+        raise ConfigError(f"{flag} {path}: expected a folder that can be written, {path.parent} is not; choose another")

@@ -17,7 +17,7 @@ from dashboard.terminal import FOLLOWED, Terminal, tell
 from swarm.bus import Bus, Endpoint, Request
 from swarm.errors import ConfigError, SwarmError
 from swarm.installed import without_rerun
-from swarm.launch.options import Options, ready
+from swarm.launch.options import Options, check_output, ready
 from swarm.launch.output import Output
 from swarm.launch.processes import Processes
 from swarm.launch.running import CARD, Listing, named, registered
@@ -44,12 +44,8 @@ def run(options: Options) -> int:
     """
     asked, options = options.dashboard, replace(ready(options), dashboard=resolved(options.dashboard, os.environ))
     for flag, path in (("--report", options.report), ("--record", options.record), ("--record", options.tape)):
-        if path is not None and path.is_dir():
-            raise ConfigError(f"{flag} {path}: expected a file's name, got a folder; add one")
-        if path is not None and not os.access(path.parent, os.W_OK):
-            raise ConfigError(
-                f"{flag} {path}: expected a folder that can be written, {path.parent} is not; choose another"
-            )
+        if path is not None:
+            check_output(flag, path)
     mode = choose(options.dashboard, os.environ, record=options.record is not None)
     lacks = without_rerun()
     if mode is not None and lacks is not None:

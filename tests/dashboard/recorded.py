@@ -21,6 +21,12 @@ class Recording:
         return {chunk.entity_path for chunk in self._chunks if not chunk.entity_path.startswith("/__")}
 
     @property
+    def components(self) -> set[tuple[str, str, bool]]:
+        """Everything drawn: its entity, its component, and whether it stands still."""
+        names = [(chunk, name) for chunk in self._chunks for name in chunk.to_record_batch().schema.names]
+        return {(chunk.entity_path, name, chunk.is_static) for chunk, name in names if ":" in name}
+
+    @property
     def timelines(self) -> set[str]:
         """Names of all timelines."""
         return {name for chunk in self._chunks for name in chunk.timeline_names}

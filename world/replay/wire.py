@@ -26,6 +26,7 @@ class Wire:
         self._replay = replay
         self._rate = replay.world.settings.rate
         replay.when_sensed = self._note
+        self._note()
         self._begin()
 
     def _begin(self) -> None:
@@ -51,7 +52,7 @@ class Wire:
         if self._map is None or (self._map.edits, self._listed) != (world.bodies.edits, len(world.robots)):
             self._map, self._listed = floor(self._replay.edited(), world), len(world.robots)
             yield self._map
-        if changed or world.tick % round(self._rate / CLOCK.rate) == 1:
+        if changed or self._truth.tick % round(self._rate / CLOCK.rate) == 0:
             yield self.clock()
         yield self._truth
         for _, _, stepped in tick.steps:
@@ -65,7 +66,8 @@ class Wire:
 
     def end(self, phase: Phase) -> Iterator[Message]:
         """Yield what was sent after the last tick."""
-        yield truth(self._replay.world)
+        self._note()
+        yield self._truth
         yield self.status(phase)
         yield self.clock(phase)
 
@@ -81,12 +83,12 @@ class Wire:
         return self._seen != before
 
     def clock(self, phase: Phase = Phase.RUNNING) -> Clock:
-        """Return the time of the run, and who is there."""
+        """Return the time of the run that the newest truth has, and who is there."""
         world = self._replay.world
         present = [name for name, seen in self._seen.items() if seen.liveness is Liveness.ALIVE]
         return Clock(
-            run=world.run, tick=world.tick, time=world.time, phase=phase, robots=list(world.robots), present=present,
-            presence=self._seen, pool=world.tasks.pool.counts,
+            run=world.run, tick=self._truth.tick, time=self._truth.time, phase=phase, robots=list(world.robots),
+            present=present, presence=self._seen, pool=world.tasks.pool.counts,
         )  # fmt: skip
 
     def states(self) -> list[State]:

@@ -1,20 +1,26 @@
-"""`swarm replay`: run a tape again, and compare every answer with what was said then."""
+"""`swarm replay`: run a tape again, compare every answer with what was said then, and draw the run for Rerun."""
 
 import argparse
 import sys
+from functools import partial
 from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Final
 
 from swarm.cli.parsing import Commands, Parser
+from swarm.errors import ConfigError
+from swarm.installed import without_rerun
 from swarm.settings import TAPE
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from dashboard.taped import TapedShow
     from world.replay.judge import Watch
     from world.replay.replay import Replay
     from world.replay.values import ReplayedTick
+
+    Watcher = Callable[[Replay], Callable[[ReplayedTick], None]]  # what takes each tick of a replay
 
 EVERY: Final = 2.0  # s between two lines on how far it is
 
@@ -35,17 +41,25 @@ class ProgressLine:
 
 def replay(options: argparse.Namespace) -> int:
     """Replay a tape; return 0 if every answer is the same and no law is broken, else 1."""
-    watch: Watch | None = None  # made once the file is known to be a tape
+    watch: Watch | None = None  # each is made once the file is known to be a tape
+    show: TapedShow | None = None
 
-    def each(one: "Replay", tick: "ReplayedTick") -> None:
+    def judged(one: "Replay") -> "Callable[[ReplayedTick], None]":
         nonlocal watch
         from world.replay.judge import Watch
 
-        if options.laws:
-            watch = watch or Watch()
-            watch.take(one, tick)
+        watch = Watch()
+        return partial(watch.take, one)
 
-    found = opened(options.file, each)
+    def drawn(one: "Replay") -> "Callable[[ReplayedTick], None]":
+        nonlocal show
+        from dashboard.taped import TapedShow
+
+        show = TapedShow(one, options.rrd, options.rules)
+        return show.take
+
+    _check(options)
+    found = opened(options.file, *[judged] * options.laws, *[drawn] * (options.rrd is not None))
     for line in told(found):
         print(line)
     broken = watch.judged() if watch is not None else []
@@ -53,11 +67,30 @@ def replay(options: argparse.Namespace) -> int:
         print(f"law broken: {one.law}: tick {one.tick}, {', '.join(one.robots)}: {one.text}")
     if watch is not None and not broken:
         print(f"{watch.laws} laws kept")
+    if show is not None:
+        files = [f"recorded: {file}  (open it with: rerun {file})" for file in show.close()]
+        print("\n".join(files or [f"not recorded: {options.file} has no whole tick"]))
     return 1 if found.difference is not None or broken else 0
 
 
-def opened(path: Path, each: "Callable[[Replay, ReplayedTick], None]" = lambda one, tick: None) -> "Replay":
-    """Replay a whole tape, and tell how far it is; ``each`` is called after every tick.
+def _check(options: argparse.Namespace) -> None:
+    """Check that Rerun's recording can be written, if it is asked for."""
+    if options.rrd is None:
+        if options.rules is not None:
+            raise ConfigError("--rules: expected --rrd OUT.rrd too, where they are drawn; give both or none")
+        return
+    from swarm.launch.options import check_output
+
+    if lacking := without_rerun():
+        raise ConfigError(f"--rrd {options.rrd}: {lacking}")
+    check_output("--rrd", options.rrd)
+    both = options.rrd.exists() and options.file.exists()
+    if options.rrd.suffix == TAPE or (both and options.rrd.samefile(options.file)):
+        raise ConfigError(f"--rrd {options.rrd}: expected another file than a tape; name one that ends in .rrd")
+
+
+def opened(path: Path, *watchers: "Watcher") -> "Replay":
+    """Replay a whole tape, and tell how far it is; each of ``watchers`` is called with the replay before it begins.
 
     Raises:
         ConfigError: the file is no tape, or has what cannot have happened.
@@ -69,15 +102,15 @@ def opened(path: Path, each: "Callable[[Replay, ReplayedTick], None]" = lambda o
     file = TapeFile(path)
     outline = Outline.of(file)  # what is no tape is refused before much is loaded
     announce()
-    from world.replay.replay import replayed
+    from world.replay.replay import Replay
 
-    progress = ProgressLine()
-
-    def tell(one: "Replay", tick: "ReplayedTick") -> None:
-        progress(one)
-        each(one, tick)
-
-    return replayed(file, tell, outline)
+    replay, progress = Replay(file, outline), ProgressLine()
+    takers = [watcher(replay) for watcher in watchers]
+    while (tick := replay.step()) is not None:
+        progress(replay)
+        for take in takers:
+            take(tick)
+    return replay
 
 
 def told(replay: "Replay") -> list[str]:
@@ -101,4 +134,7 @@ def add(commands: "Commands[Parser]") -> None:
     one = commands.add_parser("replay", help="run a tape again bit for bit, and say what differs")
     one.add_argument("file", type=Path, metavar=f"FILE{TAPE}", help="what `swarm run` has written")
     one.add_argument("--laws", action="store_true", help="judge the run by the safety laws of `swarm storm`")
+    text = "write what a dashboard would have drawn of the run, for Rerun; a run after a restart is in OUT-run2.rrd"
+    one.add_argument("--rrd", type=Path, metavar="OUT.rrd", help=text)
+    one.add_argument("--rules", metavar="ROBOT", help="robot whose fired rules are drawn; by default the first")
     one.set_defaults(command=replay)
