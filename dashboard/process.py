@@ -1,7 +1,7 @@
 """The dashboard process: it listens, folds messages, draws twice a second, and ends with the run."""
 
 import subprocess
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
 from time import monotonic
@@ -19,7 +19,7 @@ from swarm.messages import STATUS, Phase
 from swarm.stopping import told_to_stop
 
 DRAW_EVERY: Final = 0.5  # s, wall time
-KEEP_EVERY: Final = 2.0  # s, wall time between two accounts in the file: a dashboard that is killed loses no more
+MEASURED_EVERY: Final = 2.0  # s, wall time between two requests for what the world has measured
 ASK_EVERY: Final = 0.2  # s, wall time between two requests for a map that has not come yet
 HURRY: Final = 2.0  # s to make files smaller if we were told to stop; the launcher kills after 5 s
 LAST_WORDS: Final = 0.3  # s, wall time for messages that are still under way when the run is over
@@ -35,12 +35,10 @@ def run(
     grpc_port: int = 0,
     web_port: int = 0,
     rules: str | None = None,
-    earlier: Sequence[Path] = (),
 ) -> int:
     """Show a fleet until its run is over or we are told to stop; a port of 0 becomes a free port.
 
-    ``rules`` is the robot whose fired rules are shown, by default the first. ``earlier`` are files of dashboards
-    of this fleet that were killed, the newest first: what they have of the run is shown too.
+    ``rules`` is the robot whose fired rules are shown, by default the first.
 
     Raises:
         ConfigError: a port is in use, the file cannot be written, there is no router or no viewer.
@@ -66,7 +64,7 @@ def run(
             elif mode == "viewer":
                 windows.append(open_window(url, program))
 
-        show = Show(recorder, fleet, opened, rules, earlier)
+        show = Show(recorder, fleet, opened, rules)
         follow(bus, show, stop.is_set)
         show.draw()
         if stop.is_set():  # a window stays open after the run
@@ -80,7 +78,6 @@ def follow(bus: Bus, show: Show, stopped: Callable[[], bool]) -> None:
     """Take in and draw everything that arrives until the run is over; announce the dashboard once it can draw."""
     listener = Listener(bus, STATUS)
     bus.watch_presence()
-    show.lost = bus.lost
 
     def catch_up() -> None:
         for message in listener.kept():
@@ -93,7 +90,7 @@ def follow(bus: Bus, show: Show, stopped: Callable[[], bool]) -> None:
             catch_up()  # robots' messages of the new run may have come before the world's
 
     catch_up()
-    asked = drawn = kept = monotonic()
+    asked = drawn = measured = monotonic()
     announced = False
     while not stopped() and show.state.progress.phase is not Phase.OVER:
         if show.ready and not announced:
@@ -104,10 +101,10 @@ def follow(bus: Bus, show: Show, stopped: Callable[[], bool]) -> None:
             show.draw()
             listener.turn_to(show.hears)
             drawn = now = monotonic()
-        if show.ready and now - kept >= KEEP_EVERY:
+        if show.ready and now - measured >= MEASURED_EVERY:
             for status in bus.fetch(STATUS, timeout=1.0):
                 show.take(status)
-            kept = now = monotonic()
+            measured = now = monotonic()
         if not show.ready and now - asked >= ASK_EVERY:
             catch_up()
             asked = now = monotonic()

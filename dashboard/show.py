@@ -1,24 +1,20 @@
 """The way from messages to recordings: the state of the run and its picture together, without the bus."""
 
-from collections import Counter
-from collections.abc import Callable, Sequence
-from pathlib import Path
+from collections.abc import Callable
 
-from dashboard.fold.account import saved, written
 from dashboard.fold.collect import Collector
 from dashboard.fold.overlays import detailed
 from dashboard.fold.state import RunState
 from dashboard.rerun import Picture, Recordings
-from dashboard.rerun.reader import earlier
 from swarm.errors import SwarmError
-from swarm.messages import Event, Events, Map, Status
+from swarm.messages import Event, Events, Map
 
 
 class Show:
     """The recordings of a fleet's runs. A new recording begins when the run or its list of robots changes.
 
-    ``opened`` is called once, with the address for viewers, when there is something to see. ``files`` are those of
-    dashboards that were killed, the newest first; ``selected`` is the robot whose rules are shown.
+    ``opened`` is called once, with the address for viewers, when there is something to see. ``selected`` is the robot
+    whose rules are shown.
     """
 
     def __init__(
@@ -27,12 +23,10 @@ class Show:
         fleet: str,
         opened: Callable[[str], None] = lambda url: None,
         selected: str | None = None,
-        files: Sequence[Path] = (),
     ) -> None:
         self.state = RunState()
-        self.lost: Counter[str] = Counter()  # messages that did not come, by topic
         self._recorder, self._fleet, self._opened = recorder, fleet, opened
-        self._selected, self._files = selected, files
+        self._selected = selected
         self._view: Picture | None = None
         self._collector: Collector | None = None
 
@@ -53,9 +47,7 @@ class Show:
         except SwarmError as fault:
             print(f"dashboard: {fault}")
             return
-        if isinstance(news, Status):
-            self._keep(news)
-        elif isinstance(news, Map) and self._view is not None and self.state.scene is not None:
+        if isinstance(news, Map) and self._view is not None and self.state.scene is not None:
             self._view.stage.draw_map(self.state.scene)
         elif news is not None:
             begins = self._begin_if_changed()
@@ -88,27 +80,4 @@ class Show:
         self._collector = Collector(self.state, self._selected)
         if first and self._recorder.url is not None:
             self._opened(self._recorder.url)
-        return True
-
-    def _keep(self, status: Status) -> None:
-        """Keep what a status says of the run that is shown; show what was before this dashboard came."""
-        if self._view is None or self._collector is None or status.run != self._collector.run:
-            return
-        self._collector.contacts = sum(status.contacts.values())
-        account = saved(status, self.state.heard, self.lost)
-        if account is not None:
-            if self._recorder.records:
-                self._view.keep(status.time, written(account))
-            files, self._files = self._files, ()
-            path = earlier(files, account)
-            self._collector.look_back(account, drawn=path is not None and self._goes_on_from(path))
-
-    def _goes_on_from(self, path: Path) -> bool:
-        """Send what is in a file of a dashboard that was killed; return False, and say why, if that is not possible."""
-        assert self._view is not None
-        try:
-            self._view.go_on_from(path)
-        except (OSError, ValueError, RuntimeError) as fault:
-            print(f"dashboard: expected to go on from {path}, got {fault}; the run is shown from now on")
-            return False
         return True

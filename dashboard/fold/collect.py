@@ -8,11 +8,23 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from dashboard.fold import naming
-from dashboard.fold.account import Saved
 from dashboard.fold.overlays import Overlay
 from dashboard.fold.progress import Progress
 from dashboard.fold.state import RunState
-from swarm.messages import Account, Activity, Clock, Event, Events, Liveness, Message, Phase, Plan, Point, Truth
+from swarm.messages import (
+    Account,
+    Activity,
+    Clock,
+    Event,
+    Events,
+    Liveness,
+    Message,
+    Phase,
+    Plan,
+    Point,
+    Status,
+    Truth,
+)
 
 BODIES: Final = 4000  # bodies in one batch; more frames than that are thinned out evenly
 ROWS: Final = 40  # robots in the summary
@@ -48,7 +60,6 @@ class Collector:
     def __init__(self, state: RunState, selected: str | None = None) -> None:
         assert state.scene is not None
         self.run, self.robots = state.progress.run, state.progress.order
-        self.contacts: int | None = None  # of the run, as the world has counted them
         self._state, self._selected = state, selected
         self._home = state.scene.settings.return_home
         self._mark: tuple[int, Phase] | None = None
@@ -56,7 +67,7 @@ class Collector:
         self._lane: dict[str, str] = {}
         self._planned: frozenset[str] = frozenset()  # robots in joint plans
         self._begun = state.progress.time  # s
-        self._knows_past = False
+        self._contacts: int | None = None  # of the run, as the world has counted them
         self._truth: Truth | None = None  # the newest that no overlay shows
         self._laid = 0.0  # s, simulated time of the last overlay
         self._collected = 0.0  # s, simulated time of the last batch
@@ -81,21 +92,11 @@ class Collector:
                 self._batch.events.extend(news.events)
             case Plan():
                 self._note_paths(progress.seconds(news.tick))
+            case Status() if news.run == self.run:
+                self._note_measured(news)
         name = getattr(news, "robot", None)
         if name in self._lane:
             self._note_lane(name, progress.seconds(progress.robot(name).tick))
-
-    def look_back(self, account: Saved, *, drawn: bool) -> None:
-        """Collect what an account says of the time before this collector began: the stops of each robot.
-
-        Only the first call counts, and not if that time is ``drawn`` already.
-        """
-        known, self._knows_past = self._knows_past or drawn, True
-        if known:
-            return
-        for name, row in account.robots.items():
-            if name in self._lane and not row.laps and not self._state.progress.robot(name).assignment:
-                self._batch.lanes += [(time, name, word) for time, word in past(row, self._home) if time < self._begun]
 
     def batch(self) -> Batch:
         """Return what was collected and begin an empty batch."""
@@ -116,6 +117,16 @@ class Collector:
         if truth.time >= self._laid + self._gap:
             self._lay_over()
 
+    def _note_measured(self, status: Status) -> None:
+        """Note the contacts; at first also the stops of each robot in the time before this collector began."""
+        first, self._contacts = self._contacts is None, sum(status.contacts.values())
+        for row in status.robots if first else ():
+            name, account = row.robot, row.account
+            own = name in self._lane and not self._state.progress.robot(name).assignment  # the scenario's stops
+            if own and account is not None and not account.laps:
+                lanes = past(account, self._home)
+                self._batch.lanes += [(time, name, word) for time, word in lanes if time < self._begun]
+
     def _lay_over(self) -> None:
         if self._truth is not None and self._state.overlays is not None:
             self._batch.overlays.append(self._state.overlays.at(self._truth, self._selected))
@@ -127,7 +138,7 @@ class Collector:
         mark = (int(progress.time), progress.phase)
         if mark != self._mark:
             self._mark = mark
-            self._batch.summaries.append((progress.time, summary(progress, self._home, self.contacts)))
+            self._batch.summaries.append((progress.time, summary(progress, self._home, self._contacts)))
 
     def _note_lane(self, name: str, time: float) -> None:
         word = naming.lane(self._state.progress.robot(name), self._home)

@@ -1,6 +1,5 @@
 """All that is known of a fleet's run: what Rerun's picture and the box show. No clock, no I/O."""
 
-from collections import Counter
 from collections.abc import Collection
 from typing import Final, NamedTuple
 
@@ -45,7 +44,6 @@ class RunState:
         self.clock: Clock | None = None
         self.truth: Truth | None = None
         self.paths: dict[str, Plan] = {}  # the newest of each robot
-        self.heard: Counter[str] = Counter()  # messages that came, by topic
 
     def take(self, arrived: object) -> Message | None:
         """Take in what ``Bus.receive`` returned, or a message; return what of it is news, None for nothing.
@@ -56,8 +54,7 @@ class RunState:
             SwarmError: the floor that the world tells is not valid.
         """
         match arrived:
-            case Arrival(topic=topic, message=message):
-                self.heard[topic.key] += 1
+            case Arrival(message=message):
                 return self.take(message)
             case Presence():
                 self.progress = fold(self.progress, arrived)

@@ -7,7 +7,6 @@ kind is sent once per batch as columns, which is cheap. Every call gives its tim
 
 from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
-from pathlib import Path
 from typing import Final
 
 import numpy as np
@@ -18,8 +17,7 @@ from dashboard.fold.collect import Batch
 from dashboard.fold.overlays import Arrow, Box, Learned, Overlay
 from dashboard.fold.scene import Scene
 from dashboard.rerun import shapes
-from dashboard.rerun.layout import ACCOUNT, TIMELINE
-from dashboard.rerun.reader import moving
+from dashboard.rerun.layout import TIMELINE
 from dashboard.rerun.stage import Stage, pixels, place
 from swarm.maps.occupancy import Point
 from swarm.messages import Event, Truth
@@ -196,18 +194,6 @@ class Picture:
 
     def _colour(self, name: str) -> palette.Colour:
         return self._colours[self._robots.index(name)] if name in self._robots else palette.TARGET
-
-    def keep(self, time: float, account: str) -> None:
-        """Keep an account of the run at a time [s]; no view shows it."""
-        self._at(time, ACCOUNT, rr.TextDocument(account, media_type="application/json"))
-
-    def go_on_from(self, path: Path) -> None:
-        """Send what another dashboard has recorded of this run.
-
-        Raises:
-            OSError, ValueError, RuntimeError: the file cannot be read.
-        """
-        self._stream.send_chunks(moving(path))
 
     # --- inside ---
 

@@ -11,7 +11,6 @@ from dashboard.rerun import shapes
 
 APPLICATION: Final = "swarm_dashboard"
 TIMELINE: Final = "sim_time"
-ACCOUNT: Final = "account"  # entity, in no view
 WINDOW: Final = 30.0  # s of wheel speeds that are shown
 MARGIN: Final = 0.3  # m around the map
 

@@ -13,7 +13,6 @@ from typing import Final
 import rerun as rr
 
 from dashboard.fold.scene import Scene
-from dashboard.frames import finish, is_whole
 from dashboard.mode import ANY, LOOPBACK, viewer_program
 from dashboard.rerun.drawing import Picture
 from dashboard.rerun.layout import APPLICATION, blueprint
@@ -71,23 +70,16 @@ class Recordings:
         picture.stage.set()
         return picture
 
-    @property
-    def records(self) -> bool:
-        """True if files are written."""
-        return self._record is not None
-
     def close(self, within: float = SMALLER) -> list[Path]:
-        """Finish all recordings, and return the files: what is under way is sent, the files get their ends.
+        """Finish all recordings, and return the files: what is under way is sent.
 
         Rerun would keep an index of all chunks, gigabytes in a day, to write it at the end. Its program writes one when
-        it makes the files smaller: the newest first, as far as ``within`` [s] suffices.
+        it makes the files smaller: the newest first, as far as ``within`` [s] suffices. Without one a viewer reads a
+        file from its beginning.
         """
         for stream in reversed(self._streams):
             stream.disconnect()
         self._streams.clear()
-        for file in self._files:
-            with suppress(OSError):  # the disk is full: then the file is cut
-                finish(file)
         until = monotonic() + within
         for file in reversed(self._files):
             if (left := until - monotonic()) > 0.0:
@@ -99,7 +91,7 @@ class Recordings:
 def compact(recording: Path, within: float) -> None:
     """Make a recording smaller. It stays as it is if that takes longer than ``within`` [s], or fails in any way."""
     program = viewer_program()
-    if program is None or not is_whole(recording) or recording.stat().st_size > LARGEST:
+    if program is None or not recording.is_file() or recording.stat().st_size > LARGEST:
         return
     part = recording.with_name(f".{recording.name}.part")
     quiet = subprocess.DEVNULL
@@ -107,7 +99,7 @@ def compact(recording: Path, within: float) -> None:
     command = [str(program), "rrd", "optimize", "--profile", "live", str(recording), "-o", str(part)]
     try:
         done = subprocess.run(command, stdin=quiet, stdout=quiet, stderr=quiet, timeout=within, check=False)
-        if done.returncode == 0 and is_whole(part) and part.stat().st_size < recording.stat().st_size:
+        if done.returncode == 0 and part.stat().st_size < recording.stat().st_size:
             os.replace(part, recording)
     except (OSError, subprocess.TimeoutExpired):
         return

@@ -1,14 +1,17 @@
 """The end of a run: its summary, the lines of it for people, and its files."""
 
 import json
+import os
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
-from dashboard.frames import is_whole
 from dashboard.terminal import ROWS
 from swarm.launch.supervise.table import numbered
+
+FOOTER: Final = b"RRF2FOOT"  # at the end of a recording that has an index, before FOOTER_REST bytes
+FOOTER_REST: Final = 12
 
 
 def summary_of(path: Path, known: dict[str, Any], trouble: str, lost: list[str]) -> dict[str, Any]:
@@ -103,15 +106,11 @@ def told_of_recordings(record: Path | None, dashboards: int, since: int) -> list
     """
     if record is None:
         return []
-    lines = []
-    for path in _recorded(record, dashboards, since):
-        if is_whole(path):
-            lines.append(f"recorded: {path}  (open it with: rerun {path})")
-        else:
-            lines.append(
-                f"recorded in part: {path} is cut: its dashboard was killed or its disk is full, so the file lacks "
-                "what was drawn last and its index"
-            )
+    without = "its dashboard was killed, its disk is full, or it is too large; the tape has the whole run"
+    lines = [
+        f"recorded: {path}  (open it with: rerun {path})" if whole else f"recorded without index: {path}  ({without})"
+        for path, whole in _recorded(record, dashboards, since)
+    ]
     return lines or [f"not recorded: {record} was not written"]
 
 
@@ -120,10 +119,14 @@ def told_of_tape(tape: Path) -> list[str]:
     return [f"tape: {tape}  (run it again with: swarm replay {tape})"] if tape.is_file() else []
 
 
-def _recorded(record: Path, dashboards: int, since: int) -> Iterator[Path]:
+def _recorded(record: Path, dashboards: int, since: int) -> Iterator[tuple[Path, bool]]:
+    """Yield each recording, and whether Rerun's program has written its index, as it does when it finishes a file."""
     for number in range(1, dashboards + 1):
         first = numbered(record, number)
         for path in (first, *sorted(first.parent.glob(f"{first.stem}-run*{first.suffix}"))):
             with suppress(OSError):
                 if path.stat().st_mtime_ns >= since:
-                    yield path
+                    with path.open("rb") as file:
+                        file.seek(-min(len(FOOTER) + FOOTER_REST, path.stat().st_size), os.SEEK_END)
+                        whole = file.read(len(FOOTER)) == FOOTER
+                    yield path, whole

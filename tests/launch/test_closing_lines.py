@@ -6,7 +6,6 @@ from typing import Any
 
 import pytest
 
-from dashboard.frames import FOOTER
 from dashboard.terminal import ROWS
 from swarm.launch.summary import closing_lines, summary_of, told_of_recordings, told_of_tape
 from swarm.scenario.load import Scenario
@@ -19,7 +18,7 @@ SUMMARY: dict[str, Any] = {
     "per_robot": {"r1": {"targets": 2, "reached": [12.3, None], "unreachable": [1], "laps": 0, "path_length": 50.04, "waiting": 1.5,
                          "contacts": 1}},
 }  # fmt: skip
-WHOLE = b"RRF2 chunks" + FOOTER + b"\1\0\0"
+WHOLE = b"RRF2 chunks RRF2FOOT" + bytes(12)
 
 
 def test_how_it_went_is_said_in_words() -> None:
@@ -56,8 +55,8 @@ def test_the_tape_of_a_run_is_said_with_what_to_do_with_it(tmp_path: Path) -> No
     [
         ({}, 1, ["not recorded: {0}/run.rrd was not written"]),
         ({"run.rrd": WHOLE}, 1, ["recorded: {0}/run.rrd  (open it with: rerun {0}/run.rrd)"]),
-        ({"run.rrd": WHOLE[:-9]}, 1, ["recorded in part: {0}/run.rrd is cut"]),
-        ({"run.rrd": b"", "run.2.rrd": WHOLE}, 2, ["recorded in part: {0}/run.rrd is cut", "recorded: {0}/run.2.rrd"]),
+        ({"run.rrd": WHOLE[:-9]}, 1, ["recorded without index: {0}/run.rrd  (its dashboard was killed"]),
+        ({"run.rrd": b"", "run.2.rrd": WHOLE}, 2, ["recorded without index: {0}/run.rrd", "recorded: {0}/run.2.rrd"]),
         ({"run.rrd": WHOLE, "run.2.rrd": WHOLE}, 1, ["recorded: {0}/run.rrd"]),
         ({"run.rrd": WHOLE, "run-run2.rrd": WHOLE}, 1, ["recorded: {0}/run.rrd", "recorded: {0}/run-run2.rrd"]),
     ],

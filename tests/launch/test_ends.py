@@ -130,5 +130,5 @@ def test_a_recording_on_a_full_disk_says_that_it_is_cut(small: Path, tmp_runtime
     with Fleet(small, *arguments, runtime=tmp_runtime, file_size=60_000) as fleet:
         assert fleet.end() == 0, fleet.text
         fleet.reader.join()
-        assert f"recorded in part: {record} is cut" in fleet.text
+        assert f"recorded without index: {record}" in fleet.text
         assert "open it with" not in fleet.text

@@ -36,7 +36,7 @@ MOST_TICKS: Final = 10_000_000
 MARKS: Final = (SENSE, SAVE, RESTART)
 HEAD: Final = msgspec.msgpack.Decoder(Head)
 TOO_LARGE: Final = "one that is too large or too deep"
-OTHERWISE: Final = "give a file that `swarm run` has written"
+OTHERWISE: Final = "give the tape of a run: the end of `swarm run` and `swarm status` say where it is"
 
 
 Heard = list[tuple[int, int]]  # robots, and the ages [ticks] of their broadcasts at a sense
@@ -103,7 +103,7 @@ class TapeFile:
 
     def _fault(self, row: int, text: str) -> ConfigError:
         where = f"row {row}, tick {self.ticks}" if row else "the head"
-        return ConfigError(f"tape {self.path}: {where}: {text}; the file was changed, or {OTHERWISE}")
+        return ConfigError(f"tape {self.path}: {where}: {text}; the file was changed or is no tape: {OTHERWISE}")
 
     def _read_head(self) -> Head:
         try:

@@ -1,104 +1,126 @@
-"""`swarm analyze`: what a run was like, in numbers: from its tape, or from what a dashboard recorded."""
+"""`swarm analyze`: what a run was like, in numbers: what its world measures when its tape is run again."""
 
 import argparse
 import json
+from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 from swarm.cli.columns import aligned
 from swarm.cli.parsing import Commands, Parser
-from swarm.errors import ConfigError
-from swarm.installed import without_rerun
 from swarm.settings import TAPE
 
 if TYPE_CHECKING:
-    from dashboard.fold.account import Saved
-
-STARTS: Final = 20  # of a dashboard, whose files are looked for
+    from swarm.messages import Account, Status
 
 
 def analyze(options: argparse.Namespace) -> int:
     """Print what a run was like."""
-    from dashboard.fold import analysis
+    from swarm.cli.offline.replay import opened, told
+    from swarm.messages import Phase
+    from world.replay.wire import Wire
 
-    first, *others = options.files
-    if others:
-        raise ConfigError(
-            f"analyze: expected one file, got {len(others) + 1}; of one run, the file that was recorded last has the "
-            "numbers of the whole run; analyze other runs one after the other"
-        )
-    found = _taped(first) if first.suffix == TAPE else _recorded(first)
+    *notes, outcome = told(replay := opened(options.file))
+    notes += [outcome] if replay.difference is not None else []
+    found = analysed(Wire(replay).status(Phase.OVER), str(options.file), notes)
     if options.json:
         print(json.dumps(found, indent=1))
         return 0
-    title, *rest = analysis.lines(found)
-    rows = analysis.table(found)
-    print("\n".join([title, "", aligned(rows, right={2, 3, 4, 5, 7, 8, 9}), "", *rest]))
+    title, *rest = lines(found)
+    print("\n".join([title, "", aligned(table(found), right={2, 3, 4, 5, 7, 8, 9}), "", *rest]))
     return 0
 
 
-def _taped(path: Path) -> dict[str, Any]:
-    """Return the analysis of a tape: what its world has measured when it is run again."""
-    from dashboard.fold import analysis
-    from dashboard.fold.account import Saved
-    from swarm.cli.offline.replay import opened, told
-    from swarm.messages import Phase
-    from swarm.scenario.prepare import planning_grid
-    from world.views import metrics
-    from world.views.report import missing
+def analysed(status: "Status", file: str, notes: Iterable[str] = ()) -> dict[str, Any]:
+    """Return the analysis of a run's last status; what is in the report too has the same name and value there.
 
-    *notes, outcome = told(replay := opened(path))
-    world = replay.world
-    notes += [outcome] if replay.difference is not None else []
-    reason = "" if world.tasks.complete else f"the tape ends here; {missing(world)}"
-    account = Saved(
-        scenario=world.settings.name, world=world.identity, run=world.run, time=world.time, phase=Phase.OVER,
-        complete=world.tasks.complete, reason=reason, contacts=metrics.contacts(world),
-        clearance_min=metrics.clearance_min(world), heard={}, lost={},
-        robots=metrics.accounts(world, metrics.shortest_lengths(world, planning_grid(replay.edited()))),
-    )  # fmt: skip
-    return analysis.analysed(account, True, str(path), notes=notes)
-
-
-def _recorded(path: Path) -> dict[str, Any]:
-    """Return the analysis of what a dashboard has recorded."""
-    from dashboard.fold import analysis
-
-    if lacking := without_rerun():
-        raise ConfigError(f"analyze: {lacking}")
-    from dashboard.rerun.reader import read_account
-
-    account, whole = read_account(path)
-    return analysis.analysed(account, whole, str(path), _later(path, account))
+    ``notes`` are sentences to add.
+    """
+    accounts = {row.robot: row.account for row in status.robots if row.account is not None}
+    rows = list(accounts.values())
+    return {
+        "file": file,
+        "notes": list(notes),
+        "scenario": status.scenario,
+        "run": status.run,
+        "complete": status.complete,
+        "reason": status.reason and f"the tape ends here; {status.reason}",
+        "sim_time": status.time,
+        "contacts": status.contacts,
+        "clearance_min": status.clearance_min,
+        "per_robot": {name: _row(row) for name, row in accounts.items()},
+        "total": {
+            "targets": sum(row.targets for row in rows),
+            "reached": sum(time is not None for row in rows for time in row.reached),
+            "path_length": sum(row.path_length for row in rows),
+            "shortest_length": _sum(row.shortest_length for row in rows),
+            "detour": _ratio(rows),
+            "waiting": sum(row.waiting for row in rows),
+            "replans": sum(row.replans for row in rows),
+            "contacts": sum(status.contacts.values()),
+        },
+    }
 
 
-def _later(path: Path, account: "Saved") -> str | None:
-    """Return the newest file in which a dashboard that was started again has gone on with a run, or None."""
-    from dashboard.fold.account import is_earlier
-    from dashboard.rerun.reader import read_account
-    from swarm.launch.supervise.table import numbered
+def lines(analysis: dict[str, Any]) -> list[str]:
+    """Return an analysis as lines for people, before and after the table of ``table``."""
+    contacts = ", ".join(f"{count} {kind}" for kind, count in analysis["contacts"].items())
+    gap = analysis["clearance_min"]
+    return [
+        f"{analysis['scenario']}, run {analysis['run']}: {'complete' if analysis['complete'] else 'not complete'} "
+        f"after {analysis['sim_time']:.1f} s" + (f": {analysis['reason']}" if analysis["reason"] else ""),
+        *(f"note: {note}" for note in analysis["notes"]),
+        f"contacts: {contacts}; smallest gap {f'{gap:.2f} m' if gap is not None else 'none'}",
+    ]
 
-    for number in range(STARTS, 1, -1):
-        other = numbered(path, number)
-        if other.is_file():
-            try:
-                later, _ = read_account(other)
-            except ConfigError:
-                continue
-            if is_earlier(account, later):
-                return str(other)
-    return None
+
+def table(analysis: dict[str, Any]) -> list[Sequence[str]]:
+    """Return the rows of a table: a header, each robot, and the total."""
+    total, laps = analysis["total"], any(row["laps"] for row in analysis["per_robot"].values())
+    header = ["robot", "targets at [s]", "way [m]", "shortest [m]", "ratio", "waited [s]", "for", "contacts", "replans"]
+    rows = [header + ["laps"] * laps]
+    for name, row in analysis["per_robot"].items():
+        stops = ", ".join(_number(time, 1) for time in row["reached"]) or "-"
+        waits = ", ".join(f"{other} {time:.1f}" for other, time in row["waits_for"].items()) or "-"
+        rows.append([name, stops, *_measured(row), waits, *_counts(row), *[f"{row['laps']}"] * laps])
+    reached = f"{total['reached']} of {total['targets']}"
+    rows.append(["total", reached, *_measured(total), "", *_counts(total), *[""] * laps])
+    return list(rows)
+
+
+def _row(row: "Account") -> dict[str, Any]:
+    named = {name: getattr(row, name) for name in row.__struct_fields__}
+    return named | {"detour": _ratio([row])}
+
+
+def _ratio(rows: Sequence["Account"]) -> float | None:
+    """Return way over shortest way of robots that were at all their stops once, None if there are none."""
+    done = [row for row in rows if row.shortest_length and row.reached and None not in row.reached and not row.laps]
+    shortest = sum(row.shortest_length or 0.0 for row in done)
+    return sum(row.path_length for row in done) / shortest if shortest else None
+
+
+def _sum(lengths: Iterable[float | None]) -> float | None:
+    known = list(lengths)
+    return None if None in known else sum(length or 0.0 for length in known)
+
+
+def _measured(row: dict[str, Any]) -> list[str]:
+    numbers = (("path_length", 1), ("shortest_length", 1), ("detour", 2), ("waiting", 1))
+    return [_number(row[name], digits) for name, digits in numbers]
+
+
+def _counts(row: dict[str, Any]) -> list[str]:
+    return [f"{row['contacts']}", f"{row['replans']}"]
+
+
+def _number(value: float | None, digits: int) -> str:
+    return "-" if value is None else f"{value:.{digits}f}"
 
 
 def add(commands: "Commands[Parser]") -> None:
     """Add this command to the command line."""
     one = commands.add_parser("analyze", help="print what a run was like: times, ways, waiting, contacts")
-    one.add_argument(
-        "files",
-        type=Path,
-        nargs="+",
-        metavar="FILE.swarm|FILE.rrd",
-        help="the tape of a run, or what its dashboard recorded",
-    )
+    one.add_argument("file", type=Path, metavar=f"FILE{TAPE}", help="the tape of a run")
     one.add_argument("--json", action="store_true")
     one.set_defaults(command=analyze)

@@ -90,7 +90,7 @@ APART: Final = (*WHOLE, no_overlap)
 RELIVED: Final = tuple(law for law in SAME if law is not nothing_doubled)  # events of a second come again
 LOST: Final = "r1 was ended by signal 9; it is lost"
 RECORD: Final = ("--record", "{folder}/run.rrd")
-RECORDED_TWICE: Final = ("dashboard was ended by signal 9; started again", "recorded in part: ", "run.2.rrd")
+RECORDED_TWICE: Final = ("dashboard was ended by signal 9; started again", "recorded without index: ", "run.2.rrd")
 FLOOD: Final = (Kind.OBSTACLE, Kind.FREE)
 
 # fmt: off

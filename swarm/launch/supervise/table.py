@@ -40,12 +40,9 @@ def without_window(arguments: dict[str, Any], number: int) -> dict[str, Any]:
 
 
 def to_another_file(arguments: dict[str, Any], number: int) -> dict[str, Any]:
-    """Return the arguments of a dashboard that is started again: it goes on from what was recorded."""
+    """Return the arguments of a dashboard that is started again: it records in another file."""
     record: Path | None = arguments["record"]
-    if record is None:
-        return arguments
-    earlier = [numbered(record, start) for start in range(number - 1, 0, -1)]
-    return arguments | {"record": numbered(record, number), "earlier": earlier}
+    return arguments if record is None else arguments | {"record": numbered(record, number)}
 
 
 def numbered(record: Path, number: int) -> Path:

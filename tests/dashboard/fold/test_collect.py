@@ -8,7 +8,7 @@ from msgspec.structs import replace
 from dashboard.fold.collect import BODIES, Batch, past, totals
 from dashboard.fold.naming import Touch, touches
 from swarm.messages import Activity, Event, Truth
-from tests.dashboard.fold.test_analysis import HALF
+from tests.cli.test_analyze import HALF
 from tests.dashboard.fold.test_progress import folded
 from tests.dashboard.rehearsal import RATE, Rehearsal
 

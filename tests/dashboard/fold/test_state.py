@@ -80,11 +80,6 @@ def test_the_newest_of_the_run_is_kept_and_a_new_run_clears_it() -> None:
     assert known.progress.tokens == {"a": frozenset({"one"})}
 
 
-def test_messages_of_the_wire_are_counted() -> None:
-    known = told(*[Arrival(CLOCK, {}, clock(tick)) for tick in (1, 2)], clock(3))
-    assert known.heard == {CLOCK.key: 2}
-
-
 def test_a_floor_that_is_none_is_refused_and_the_one_before_stays() -> None:
     known = told(FLOOR)
     with pytest.raises(SwarmError):

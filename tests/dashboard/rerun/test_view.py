@@ -18,6 +18,7 @@ from swarm.errors import ConfigError
 from swarm.geometry import Pose
 from swarm.maps.occupancy import FREE, WALL
 from swarm.messages import Broadcast, Event, Events, Message, Mover, Phase, Truth
+from tests.cli.test_analyze import NOTHING, status_of
 from tests.dashboard.drawn import drawn, floor, played, sent
 from tests.dashboard.fold.test_collect import PAIR, UNKNOWN, WALLED
 from tests.dashboard.recorded import Recording
@@ -215,6 +216,24 @@ def test_a_late_dashboard_shows_what_it_missed(tmp_path: Path) -> None:
     assert [word for _, [word] in recording.rows("/progress/r1", "StateChange:state")] == ["to 2"]
     assert len(recording.rows("/world/paths", "LineStrips2D:strips")) == 1
     assert "/world/homes" not in recording.entities
+
+
+def test_a_late_dashboard_shows_the_stops_before_and_the_totals_as_the_world_has_measured_them(tmp_path: Path) -> None:
+    rehearsal = Rehearsal(2)
+    row = replace(NOTHING, reached=[2.5, 9.0, None, None])
+    told = replace(status_of(dict.fromkeys(rehearsal.names, row)), run=0, contacts={"wall": 3})
+    late: list[Message | None] = [floor(rehearsal), rehearsal.clock(600)]
+    late += [rehearsal.state(number, 600) for number in range(2)]
+    for tick in range(600, 641):
+        late += [message for _, message, _ in rehearsal.messages(tick)]
+        late += [told, None] if tick % 20 == 0 else []
+    recording = drawn(tmp_path / "run.rrd", late)
+    lanes = [(time, word) for time, [word] in recording.rows("/progress/r1", "StateChange:state")]
+    assert lanes[:3] == [(0.0, "to 1"), (2.5, "to 2"), (9.0, "to 3")]
+    assert all(time >= 30.0 for time, _ in lanes[3:])
+    labels = recording.rows("/world/heading", "LineStrips2D:labels")
+    assert min(time for time, _ in labels) >= 30.0, "names are those of now"
+    assert "; 3 contacts" in recording.rows("/fleet", "TextDocument:text")[-1][1][0]
 
 
 def test_a_dashboard_that_comes_in_a_pause_shows_poses_and_each_event_once(tmp_path: Path) -> None:
