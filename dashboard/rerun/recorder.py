@@ -1,6 +1,6 @@
 """The destinations of recordings: a server that viewers connect to, and files.
 
-A file that is finished is made smaller: Rerun writes many small chunks, and few large ones take less room.
+A file that is finished is written again: Rerun writes many small chunks, and few large ones take less room.
 """
 
 import os
@@ -74,7 +74,7 @@ class Recordings:
         """Finish all recordings, and return the files: what is under way is sent.
 
         Rerun would keep an index of all chunks, gigabytes in a day, to write it at the end. Its program writes one when
-        it makes the files smaller: the newest first, as far as ``within`` [s] suffices. Without one a viewer reads a
+        it writes the files again: the newest first, as far as ``within`` [s] suffices. Without an index, viewers read a
         file from its beginning.
         """
         for stream in reversed(self._streams):
@@ -89,7 +89,10 @@ class Recordings:
 
 
 def compact(recording: Path, within: float) -> None:
-    """Make a recording smaller. It stays as it is if that takes longer than ``within`` [s], or fails in any way."""
+    """Write a recording again, in large chunks and with an index, which makes all but short ones smaller.
+
+    It stays as it is if that takes longer than ``within`` [s], or fails in any way.
+    """
     program = viewer_program()
     if program is None or not recording.is_file() or recording.stat().st_size > LARGEST:
         return
@@ -99,7 +102,7 @@ def compact(recording: Path, within: float) -> None:
     command = [str(program), "rrd", "optimize", "--profile", "live", str(recording), "-o", str(part)]
     try:
         done = subprocess.run(command, stdin=quiet, stdout=quiet, stderr=quiet, timeout=within, check=False)
-        if done.returncode == 0 and part.stat().st_size < recording.stat().st_size:
+        if done.returncode == 0:
             os.replace(part, recording)
     except (OSError, subprocess.TimeoutExpired):
         return

@@ -10,8 +10,8 @@ from typing import Any, Final
 from dashboard.terminal import ROWS
 from swarm.launch.supervise.table import numbered
 
-FOOTER: Final = b"RRF2FOOT"  # at the end of a recording that has an index, before FOOTER_REST bytes
-FOOTER_REST: Final = 12
+FOOTER: Final = b"RRF2FOOT"  # among the last bytes of a recording that has an index
+FOOTER_ROOM: Final = 32  # bytes
 
 
 def summary_of(path: Path, known: dict[str, Any], trouble: str, lost: list[str]) -> dict[str, Any]:
@@ -127,6 +127,6 @@ def _recorded(record: Path, dashboards: int, since: int) -> Iterator[tuple[Path,
             with suppress(OSError):
                 if path.stat().st_mtime_ns >= since:
                     with path.open("rb") as file:
-                        file.seek(-min(len(FOOTER) + FOOTER_REST, path.stat().st_size), os.SEEK_END)
-                        whole = file.read(len(FOOTER)) == FOOTER
+                        file.seek(-min(FOOTER_ROOM, path.stat().st_size), os.SEEK_END)
+                        whole = FOOTER in file.read(FOOTER_ROOM)
                     yield path, whole

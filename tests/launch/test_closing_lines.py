@@ -18,7 +18,7 @@ SUMMARY: dict[str, Any] = {
     "per_robot": {"r1": {"targets": 2, "reached": [12.3, None], "unreachable": [1], "laps": 0, "path_length": 50.04, "waiting": 1.5,
                          "contacts": 1}},
 }  # fmt: skip
-WHOLE = b"RRF2 chunks RRF2FOOT" + bytes(12)
+WHOLE = b"RRF2 chunks RRF2FOOT\1\0\0\0"
 
 
 def test_how_it_went_is_said_in_words() -> None:

@@ -16,11 +16,11 @@ if TYPE_CHECKING:
 
 def analyze(options: argparse.Namespace) -> int:
     """Print what a run was like."""
-    from swarm.cli.offline.replay import opened, told
+    from swarm.cli.offline.replay import opened, replayed
     from swarm.messages import Phase
     from world.replay.wire import Wire
 
-    *notes, outcome = told(replay := opened(options.file))
+    *notes, outcome = replayed(replay := opened(options.file))
     notes += [outcome] if replay.difference is not None else []
     found = analysed(Wire(replay).status(Phase.OVER), str(options.file), notes)
     if options.json:

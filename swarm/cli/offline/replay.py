@@ -15,12 +15,8 @@ from swarm.settings import TAPE
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from dashboard.taped import TapedShow
-    from world.replay.judge import Watch
     from world.replay.replay import Replay
     from world.replay.values import ReplayedTick
-
-    Watcher = Callable[[Replay], Callable[[ReplayedTick], None]]  # what takes each tick of a replay
 
 EVERY: Final = 2.0  # s between two lines on how far it is
 
@@ -41,36 +37,31 @@ class ProgressLine:
 
 def replay(options: argparse.Namespace) -> int:
     """Replay a tape; return 0 if every answer is the same and no law is broken, else 1."""
-    watch: Watch | None = None  # each is made once the file is known to be a tape
-    show: TapedShow | None = None
-
-    def judged(one: "Replay") -> "Callable[[ReplayedTick], None]":
-        nonlocal watch
+    _check(options)
+    one = opened(options.file)
+    takers: list[Callable[[ReplayedTick], None]] = []
+    watch = show = None
+    if options.laws:
         from world.replay.judge import Watch
 
         watch = Watch()
-        return partial(watch.take, one)
-
-    def drawn(one: "Replay") -> "Callable[[ReplayedTick], None]":
-        nonlocal show
+        takers.append(partial(watch.take, one))
+    if options.rrd is not None:
         from dashboard.taped import TapedShow
 
         show = TapedShow(one, options.rrd, options.rules)
-        return show.take
-
-    _check(options)
-    found = opened(options.file, *[judged] * options.laws, *[drawn] * (options.rrd is not None))
-    for line in told(found):
+        takers.append(show.take)
+    for line in replayed(one, *takers):
         print(line)
     broken = watch.judged() if watch is not None else []
-    for one in broken:
-        print(f"law broken: {one.law}: tick {one.tick}, {', '.join(one.robots)}: {one.text}")
+    for law in broken:
+        print(f"law broken: {law.law}: tick {law.tick}, {', '.join(law.robots)}: {law.text}")
     if watch is not None and not broken:
         print(f"{watch.laws} laws kept")
     if show is not None:
         files = [f"recorded: {file}  (open it with: rerun {file})" for file in show.close()]
         print("\n".join(files or [f"not recorded: {options.file} has no whole tick"]))
-    return 1 if found.difference is not None or broken else 0
+    return 1 if one.difference is not None or broken else 0
 
 
 def _check(options: argparse.Namespace) -> None:
@@ -89,8 +80,8 @@ def _check(options: argparse.Namespace) -> None:
         raise ConfigError(f"--rrd {options.rrd}: expected another file than a tape; name one that ends in .rrd")
 
 
-def opened(path: Path, *watchers: "Watcher") -> "Replay":
-    """Replay a whole tape, and tell how far it is; each of ``watchers`` is called with the replay before it begins.
+def opened(path: Path) -> "Replay":
+    """Return the replay of a tape, at its begin.
 
     Raises:
         ConfigError: the file is no tape, or has what cannot have happened.
@@ -104,19 +95,18 @@ def opened(path: Path, *watchers: "Watcher") -> "Replay":
     announce()
     from world.replay.replay import Replay
 
-    replay, progress = Replay(file, outline), ProgressLine()
-    takers = [watcher(replay) for watcher in watchers]
+    return Replay(file, outline)
+
+
+def replayed(replay: "Replay", *takers: "Callable[[ReplayedTick], None]") -> list[str]:
+    """Replay a whole tape, tell how far it is, hand each tick to ``takers``, and return in lines what it was like."""
+    from swarm.fingerprint import fingerprint
+
+    progress = ProgressLine()
     while (tick := replay.step()) is not None:
         progress(replay)
         for take in takers:
             take(tick)
-    return replay
-
-
-def told(replay: "Replay") -> list[str]:
-    """Return what a replay was like, in lines."""
-    from swarm.fingerprint import fingerprint
-
     head, world, file, found = replay.head, replay.world, replay.file, replay.difference
     other = f"made by other code: version {head.version}, fingerprint {head.code}; this is {fingerprint()}"
     made = [] if head.code == fingerprint() else [other]
