@@ -9,6 +9,8 @@ from swarm.cli import main
 from swarm.messages import STATUS, Phase, Status
 from tests.dashboard.recorded import Recording
 from tests.launch.actors import Fleet, await_clock, await_message
+from tests.shared import mostly_long
+from tests.world.replay.test_processes import CASES, driven
 from tests.world.tape.made import made
 
 Capture = pytest.CaptureFixture[str]
@@ -59,6 +61,24 @@ def test_a_tape_gives_the_recordings_that_a_dashboard_has_made(small: Path, tmp_
     time, places = max(spots(Recording(second)).items())
     assert time == pytest.approx(last.time)
     np.testing.assert_allclose(places, [(row.pose[0], row.pose[1]) for row in last.robots], atol=1e-5)
+
+
+@pytest.mark.processes
+@pytest.mark.parametrize(
+    "name", mostly_long("a run of many seconds", ["killed world", "movers with noise", "unknown floor", "places, pool"])
+)
+def test_whatever_happened_in_a_run_it_is_drawn_to_its_end_and_replayed_the_same(
+    name: str, tmp_runtime: Path, capsys: Capture
+) -> None:
+    tape, out = tmp_runtime / "run.swarm", tmp_runtime / "out.rrd"
+    report = driven(CASES[name], tape, tmp_runtime)
+    capsys.readouterr()
+    assert main(["replay", str(tape), "--rrd", str(out), "--laws"]) == 0
+    *_, line = [Path(line.split()[1]) for line in capsys.readouterr().out.splitlines() if line.startswith("recorded: ")]
+    times = list(spots(Recording(line)))
+    assert times == sorted(set(times))
+    assert times[-1] == pytest.approx(report["sim_time"])
+    assert len(spots(Recording(line))[times[-1]]) == len(report["per_robot"])
 
 
 @pytest.fixture

@@ -7,7 +7,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import pytest
 
@@ -120,20 +120,24 @@ CASES: Final = {
 QUICK: Final = ("loss, stalls, kills", "killed world", "edit, order, pause, restart")
 
 
-@pytest.mark.parametrize("name", mostly_long("a run of many seconds", CASES, *QUICK))
-def test_a_run_is_replayed(name: str, tmp_runtime: Path) -> None:
-    case, tape = CASES[name], tmp_runtime / "run.swarm"
-    file = case.scenario if isinstance(case.scenario, Path) else tmp_runtime / "case.yaml"
+def driven(case: Case, tape: Path, folder: Path) -> dict[str, Any]:
+    """Drive a case, and return its report."""
+    file = case.scenario if isinstance(case.scenario, Path) else folder / "case.yaml"
     if isinstance(case.scenario, str):
         file.write_text(case.scenario)
     options = (*case.options, "--record", str(tape))
-    with Fleet(file, *options, robots=case.robots, runtime=tmp_runtime) as fleet:
+    with Fleet(file, *options, robots=case.robots, runtime=folder) as fleet:
         with fleet.bus() as bus:
             fleet.await_all(bus)
             case.work(fleet, bus)
         assert fleet.end() in {0, 1}
-        report = fleet.report()
-    assert_replayed(tape, report)
+        return fleet.report()
+
+
+@pytest.mark.parametrize("name", mostly_long("a run of many seconds", CASES, *QUICK))
+def test_a_run_is_replayed(name: str, tmp_runtime: Path) -> None:
+    tape = tmp_runtime / "run.swarm"
+    assert_replayed(tape, driven(CASES[name], tape, tmp_runtime))
 
 
 def test_the_tape_of_the_last_run_stays(small: Path, tmp_runtime: Path, capsys: pytest.CaptureFixture[str]) -> None:
