@@ -10,11 +10,11 @@ from swarm.errors import ConfigError, SwarmError
 from swarm.fuzzy import Controller
 from swarm.geometry import Pose
 from swarm.maps.occupancy import OccupancyMap
-from swarm.messages import Broadcast, Command, Map, Sense
+from swarm.messages import Broadcast, Command, Event, Map, Sense
 from swarm.robot.host.radio import Pair
 from swarm.robot.host.seat import KEPT, GivenAnswer, Seat
 from swarm.scenario.load import Scenario
-from world.fleet.publisher import floor
+from world.fleet.publisher import EVENTS_KEPT, floor
 from world.host.last_messages import LastMessages, Sent
 from world.in_process import InProcess
 from world.replay.ear import Ear
@@ -65,6 +65,8 @@ class Replay(InProcess):
         self._tick: list[tuple[str, Command, Stepped | None]] = []
         self._joined: list[str] = []
         self.answers = 0
+        self.events: tuple[Event, ...] = ()  # the last ones of this run
+        self.answered: dict[str, int] = {}  # tick of this run in which each robot has joined, or answered last
         self._load_foreign()
 
     @property
@@ -133,7 +135,9 @@ class Replay(InProcess):
     def _move(self) -> ReplayedTick:
         world = self.world
         senses = self._senses.get(world.tick, {})
+        self.answered |= dict.fromkeys((*self._joined, *(name for name, *_ in self._tick)), world.tick)
         events = self.move()
+        self.events = (*self.events, *events)[-EVENTS_KEPT:]
         self._sensed = False
         self.done += 1
         self._floors.setdefault(world.bodies.edits, world.bodies.floor)
@@ -176,6 +180,7 @@ class Replay(InProcess):
         old = self.world
         self._senses, self.broadcasts, self._lives = {}, {}, {}
         self._begin(self._world(self.edited(), old.run + 1, old.bodies.edits, old.tasks.places))
+        self.events, self.answered = (), {}
         self._load_foreign()
 
     def _begin(self, world: World) -> None:
@@ -206,7 +211,11 @@ class Replay(InProcess):
         self._life += 1
         world = self._world(replace(self.scenario, map=saved.floor), saved.run, saved.edits, saved.places)
         world.restore(unpack_state(saved.state))
+        before = self.last
         self._begin(world)
+        self.last.states = {name: one for name, one in before.states.items() if one.tick <= world.tick}
+        self.last.plans = {name: one for name, one in before.plans.items() if one.tick <= world.tick}
+        self.answered = {name: min(tick, world.tick) for name, tick in self.answered.items()}
 
     # --- a robot ---
 
@@ -239,6 +248,9 @@ class Replay(InProcess):
         self.answers += 1
         outputs = given.outputs
         self.deliver(name, outputs.command, outputs.broadcast)
+        for said in (outputs.state, outputs.plan):
+            if said is not None:
+                self.last.take(name, said, self.world.run, self.world.tick)
         self._tick.append((name, outputs.command, self.steps.get(name)))
 
     def _earlier(self, name: str, tick: int, heard: Iterable[tuple[int, int]], edits: int | None) -> None:
