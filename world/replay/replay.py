@@ -20,7 +20,7 @@ from world.in_process import InProcess
 from world.replay.ear import Ear
 from world.replay.outline import Outline
 from world.replay.values import Difference, Life, ReplayedTick, SavedWorld, Stepped
-from world.saving.snapshot_file import pack_state, unpack_state
+from world.saving.snapshot_file import unpack_state
 from world.tape.reader import Answered, TapeFile, TapeRow
 from world.tape.rows import ASK, GIVEN, JOIN, RESUME, SENSE, check_of
 from world.tasks.places import Book
@@ -61,13 +61,14 @@ class Replay(InProcess):
         self._sensed = False
         self.when_sensed: Callable[[], None] = lambda: None  # called when the senses of a tick were made
         self._saved: dict[int, SavedWorld] = {}
-        self._rows: Iterator[TapeRow] = self.file.rows()
+        self.mark = file.begin  # the last row that was replayed
+        self.rows: Iterator[TapeRow] = file.rows()
         self._tick: list[tuple[str, Command, Stepped | None]] = []
         self._joined: list[str] = []
         self.answers = 0
         self.events: tuple[Event, ...] = ()  # the last ones of this run
         self.answered: dict[str, int] = {}  # tick of this run in which each robot has joined, or answered last
-        self._load_foreign()
+        self.load_foreign()
 
     @property
     def lockstep(self) -> bool:
@@ -76,22 +77,21 @@ class Replay(InProcess):
 
     def _world(self, scenario: Scenario, run: int, edits: int, places: Book | None) -> World:
         head = self.head
-        starts = head.map.scenario.starts
-        assert isinstance(starts, dict)
-        poses = [Pose(*start) for start in starts.values()]
+        poses = [Pose(*start) for start in head.starts.values()]
         return World(scenario, poses, head.seed, run, edits, head.identity, head.outside, places)
 
     # --- the rows ---
 
     def step(self) -> ReplayedTick | None:
         """Replay until the end of the next tick; return None at the end of the tape."""
-        for row in self._rows:
+        for row in self.rows:
+            self.mark = row.mark
             if row.whole and not self._sensed and SENSE not in row.items:
                 self._sense()
             for item in row.items:
                 self._take(item)
             if row.number in self.outline.resumed:
-                self._keep(row.number)
+                self._saved[row.number] = SavedWorld.of(self.world)
             if row.whole:
                 return self._move()
         return None
@@ -181,25 +181,25 @@ class Replay(InProcess):
         self._senses, self.broadcasts, self._lives = {}, {}, {}
         self._begin(self._world(self.edited(), old.run + 1, old.bodies.edits, old.tasks.places))
         self.events, self.answered = (), {}
-        self._load_foreign()
+        self.load_foreign()
 
     def _begin(self, world: World) -> None:
         """Begin or go on in another world."""
         world.poses()
         self.world, self.last, self._sensed, self._tick = world, LastMessages(), False, []
 
-    def _load_foreign(self) -> None:
+    def load_foreign(self) -> None:
+        """Take in what robots of other code say in this run."""
         found = {(name, tick): one for (run, name, tick), one in self.outline.foreign.items() if run == self.world.run}
         self.broadcasts |= found
 
     # --- a world that was killed ---
 
-    def _keep(self, row: int) -> None:
-        world = self.world
-        book = world.tasks.places
-        places = Book(starts=list(book.starts), requests=dict(book.requests))
-        bodies = world.bodies
-        self._saved[row] = SavedWorld(world.run, bodies.edits, bodies.floor, places, pack_state(world.save()))
+    def revived(self, saved: SavedWorld) -> World:
+        """Return a world that goes on from what was saved."""
+        world = self._world(replace(self.scenario, map=saved.floor), saved.run, saved.edits, saved.places)
+        world.restore(unpack_state(saved.state))
+        return world
 
     def _resume(self, row: int) -> None:
         saved = self._saved.get(row)
@@ -209,8 +209,7 @@ class Replay(InProcess):
             self._sense()  # robots may have answered them, and the world died before it wrote a row
         self._lives[self._life] = Life(dict(self._senses), dict(self.broadcasts))
         self._life += 1
-        world = self._world(replace(self.scenario, map=saved.floor), saved.run, saved.edits, saved.places)
-        world.restore(unpack_state(saved.state))
+        world = self.revived(saved)
         before = self.last
         self._begin(world)
         self.last.states = {name: one for name, one in before.states.items() if one.tick <= world.tick}
