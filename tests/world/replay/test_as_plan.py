@@ -6,7 +6,7 @@ import pytest
 
 from swarm.cli import main
 from swarm.errors import ConfigError
-from tests.launch.actors import Fleet
+from tests.launch.actors import Fleet, judge_tapes
 from tests.shared import ROOT
 from tests.storm.shared import plan_of
 from tests.world.explain.recorded import Recorded
@@ -83,6 +83,24 @@ def test_a_run_that_broke_a_law_is_told(two: Recorded, monkeypatch: pytest.Monke
     monkeypatch.setattr("world.replay.judge.Watch.judged", lambda watch: found)
     assert main(["storm", "--from", str(two.run(30).done())]) == 1
     assert "the run breaks no contact, tick 7: r1 touches r2\n" in capsys.readouterr().out
+
+
+def test_the_tapes_of_process_tests_are_judged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    tape = tmp_path / "zenoh-swarm-0" / "fleet.swarm"
+    tape.parent.mkdir()
+    Recorded(tape, plan_of().to_scenario(), 2).run(30).done()
+    judge_tapes(tmp_path)
+    content = bytearray(tape.read_bytes())
+    content[-1] ^= 1
+    tape.write_bytes(content)
+    with pytest.raises(AssertionError, match="its answer is another one"):
+        judge_tapes(tmp_path)
+    content[-1] ^= 1
+    tape.write_bytes(content)
+    found = Violation("no contact", 7, ("r1",), "r1 touches r2")
+    monkeypatch.setattr("world.replay.judge.Watch.judged", lambda watch: [found])
+    with pytest.raises(AssertionError, match="r1 touches r2"):
+        judge_tapes(tmp_path)
 
 
 def test_no_tape_is_one_sentence(tmp_path: Path, capsys: Capture) -> None:
