@@ -1,10 +1,13 @@
-"""The tape of a run: ``python -m benchmarks.tape [--fleets 4 8 64@0.25] [--seconds 40] [--ticks 2000]``.
+"""The tape of a run: ``python -m benchmarks.tape [--fleets 4 8 64@0.25] [--seconds 40] [--ticks 2000] [--long 600]``.
 
 The first table is of real fleets that patrol a depot: the size of their tapes, with the bar of 5 kB for a robot-minute,
 and how fast `swarm replay` runs them again, with the bar of 10 times real time for 8 robots. ``64@0.25`` are 64 robots
 at a quarter of real time: where a machine does not keep up, answers are late, and each says what it had heard. The
 second is the world's writing of the answers of 16 robots, which were made before: the bars are 0.2 % of a core, and
 1 ms in the longest tick. Both count the processor's time, not the clock's.
+
+The third is of opening any moment of a long run of 8 robots, in lockstep: the first pass, which leaves keyframes, with
+the bar of 10 times real time, and then random ticks, each from the file anew, with the bar of 1 s for the longest.
 """
 
 import argparse
@@ -13,13 +16,15 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
-from statistics import fmean
+from random import Random
+from statistics import fmean, median
 from time import process_time, thread_time
 from typing import Final
 
 from benchmarks.measure import load, machine, printed
 from benchmarks.wire import ROOT, patrol
 from swarm.scenario.load import load as loaded
+from world.explain.taped import Taped
 from world.fleet.publisher import floor
 from world.replay.replay import replayed
 from world.simulate import Simulation
@@ -32,6 +37,10 @@ LONGEST: Final = 1.0  # ms
 WRITING: Final = 16  # robots whose answers are written
 SHARING: Final = 8  # robots of a process in fleets larger than `ALONE`
 ALONE: Final = 16
+OPENED: Final = 8  # robots of the run that is opened
+FASTER: Final = 10.0  # times real time
+ANY: Final = 1.0  # s
+RANDOM: Final = 30  # ticks
 
 
 def recorded(fleet: str, seconds: float) -> list[str]:
@@ -54,6 +63,32 @@ def recorded(fleet: str, seconds: float) -> list[str]:
     size = (whole - head) / 1000 / (robots * replay.world.time / 60)
     same = "all" if replay.difference is None else f"to {replay.difference.time:.2f} s"
     return [f"{head / 1000:.1f}", f"{size:.2f}", f"{replay.answers}", same, f"{speed:.1f}"]
+
+
+def opened(seconds: float) -> list[str]:
+    """Record a long run, open it at random ticks, and return the cells of what that takes."""
+    with tempfile.TemporaryDirectory() as folder:
+        tape, room = Path(folder) / "run.swarm", Path(folder) / "keyframes"
+        command = [
+            sys.executable, "-m", "swarm.cli", "run", str(patrol(Path(folder), OPENED)), "--robots", str(OPENED),
+            "--dashboard", "off", "--pace", "max", "--limit", str(seconds), "--record", str(tape),
+        ]  # fmt: skip
+        subprocess.run(
+            command, cwd=ROOT, stdout=subprocess.DEVNULL, env=os.environ | {"XDG_RUNTIME_DIR": folder}, check=False
+        )
+        room.mkdir()
+        began = process_time()
+        first = Taped(TapeFile(tape), room)
+        first.run_through(None, None)
+        speed = first.world.time / (process_time() - began)
+        size = sum(file.stat().st_size for file in room.rglob("*.keyframe"))
+        took = []
+        for tick in Random(1).sample(range(first.world.tick), RANDOM):
+            began = process_time()
+            Taped(TapeFile(tape), room).run_through(None, tick)
+            took.append(process_time() - began)
+    same = "all" if first.doubt is None else "not all"
+    return [f"{speed:.1f}", same, f"{size / 1e6:.1f}", f"{median(took):.2f}", f"{max(took):.2f}"]
 
 
 def sized(fleet: str) -> tuple[int, float]:
@@ -96,6 +131,7 @@ def main() -> None:
     parser.add_argument("--fleets", nargs="*", default=["4", "8", "16", "64", "64@0.25"], metavar="ROBOTS[@PACE]")
     parser.add_argument("--seconds", type=float, default=40.0, help="length of each run")
     parser.add_argument("--ticks", type=int, default=2000, help="ticks that are written")
+    parser.add_argument("--long", type=float, default=600.0, help="length of the run that is opened at any tick")
     options = parser.parse_args()
     print(machine(), "\n")
     head = [
@@ -108,6 +144,11 @@ def main() -> None:
         f"longest tick [ms], bar {LONGEST:g}", "robot-minute [kB]",
     ]  # fmt: skip
     printed(head, [(f"{options.ticks} ticks", lambda: written(options.ticks))])
+    head = [
+        f"opening, {OPENED} robots", f"first pass, times real time, bar {FASTER:g}", "answers the same",
+        "keyframes [MB]", f"{RANDOM} random ticks: median [s]", f"longest [s], bar {ANY:g}",
+    ]  # fmt: skip
+    printed(head, [(f"{options.long:g} s", lambda: opened(options.long))])
     print(f"Load {load()}.")
 
 

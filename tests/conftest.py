@@ -28,6 +28,14 @@ pytest_plugins = ["tests.costs", "pytester"]
 MakeBus = Callable[..., Bus]
 
 
+@pytest.fixture(autouse=True, scope="session")
+def own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """Have keyframes in a folder of the tests, not in the user's."""
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
+        yield
+
+
 @pytest.fixture(scope="session")
 def paper() -> Scenario:
     return settled(load(PAPER))

@@ -5,31 +5,14 @@ from typing import Any, Final
 import msgspec
 import yaml
 
-from swarm.errors import ConfigError
-from swarm.maps.occupancy import FREE, OBSTACLE, ORIGIN, WALL, OccupancyMap
+from swarm.maps.text import to_text
 from swarm.maps.wire import unpack
 from swarm.messages import Map, Setup
 from swarm.settings import MapSettings, Settings, StartSettings
 
-CHARACTERS: Final = {WALL: "#", OBSTACLE: "o", FREE: "."}
 EMPTY: Final = Settings(name="-", map=MapSettings(), start=StartSettings())  # all defaults
 WRITTEN: Final = {"name", "map", "start", "targets", "own_targets", "robots", "serve", "edits"}  # or left out
 PLACED: Final = {"text", "file", "cell", "offset"}  # the floor is drawn, and the lattice is laid over it when it is run
-
-
-def drawing(floor: OccupancyMap) -> str:
-    """Return a floor as text: ``#`` wall, ``o`` obstacle, ``.`` free; the first line is the top.
-
-    Raises:
-        ConfigError: it does not begin at (0, 0) or has unknown cells, which no text can say.
-    """
-    kinds = set(floor.cells.ravel().tolist())
-    if floor.origin != ORIGIN or not kinds <= CHARACTERS.keys():
-        raise ConfigError(
-            "scenario: expected a floor of walls, obstacles and free cells with its corner at (0, 0), got one of a map "
-            "file that is not; name that file in a scenario of your own"
-        )
-    return "\n".join("".join(CHARACTERS[cell] for cell in row) for row in reversed(floor.cells.tolist())) + "\n"
 
 
 class _Block(str):
@@ -57,7 +40,7 @@ def scenario_file(floor: Map, setup: Setup) -> str:
     default: dict[str, Any] = msgspec.to_builtins(EMPTY)
     told: dict[str, Any] = {
         "name": settings.name,
-        "map": {"cell": known.resolution, "text": _Block(drawing(known))} | _changed(raw["map"], default["map"]),
+        "map": {"cell": known.resolution, "text": _Block(to_text(known))} | _changed(raw["map"], default["map"]),
         "start": {"poses": [list(start) for start in setup.starts or ()]},
     }
     told |= {name: raw[name] for name in ("targets", "own_targets") if raw[name]}

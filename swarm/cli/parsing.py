@@ -24,7 +24,13 @@ Commands = argparse._SubParsersAction  # argparse gives it no public name
 
 
 class Parser(argparse.ArgumentParser):
-    """An argument parser that raises ``ConfigError`` instead of ending the process."""
+    """An argument parser that raises ``ConfigError`` instead of ending the process.
+
+    If it is ``mixed``, arguments without a name may stand before and behind options.
+    """
+
+    mixed = False
+    _inside = False  # argparse reads mixed ones by two calls of ``parse_known_args``
 
     def error(self, message: str) -> NoReturn:
         """Raise a ``ConfigError`` that says what is wrong and how to get help."""
@@ -33,8 +39,15 @@ class Parser(argparse.ArgumentParser):
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:  # noqa: ANN401, as argparse has it
         """Read what is known; refuse the rest here, where the command is known and may have an option like it."""
-        found, others = super().parse_known_args(args, namespace)
-        if others:
+        if self._inside or not self.mixed:
+            found, others = super().parse_known_args(args, namespace)
+        else:
+            self._inside = True
+            try:
+                found, others = self.parse_known_intermixed_args(args, namespace)
+            finally:
+                self._inside = False
+        if others and not self._inside:
             options = [name for action in self._actions for name in action.option_strings]
             meant = similar(others[0], options)
             self.error(f"unrecognized arguments: {' '.join(others)}{'; ' * bool(meant)}{meant}")

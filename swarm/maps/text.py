@@ -8,8 +8,9 @@ from numpy.typing import NDArray
 
 from swarm.errors import ConfigError
 from swarm.maps.limits import check_cell, check_size
-from swarm.maps.occupancy import FREE, OBSTACLE, WALL, OccupancyMap
+from swarm.maps.occupancy import FREE, OBSTACLE, ORIGIN, WALL, OccupancyMap
 
+CHARACTERS: Final = {WALL: "#", OBSTACLE: "o", FREE: "."}
 SYMBOLS: Final = {"#": WALL, "o": OBSTACLE, ".": FREE, " ": FREE}
 
 
@@ -40,6 +41,21 @@ def from_text(text: str, cell: float, where: str = "map") -> OccupancyMap:
                 "make all lines equally long"
             )
     return OccupancyMap(drawn(lines, SYMBOLS), float(cell))
+
+
+def to_text(floor: OccupancyMap) -> str:
+    """Return a floor as text: ``#`` wall, ``o`` obstacle, ``.`` free; the first line is the top.
+
+    Raises:
+        ConfigError: it does not begin at (0, 0) or has unknown cells, which no text can say.
+    """
+    kinds = set(floor.cells.ravel().tolist())
+    if floor.origin != ORIGIN or not kinds <= CHARACTERS.keys():
+        raise ConfigError(
+            "scenario: expected a floor of walls, obstacles and free cells with its corner at (0, 0), got one of a map "
+            "file that is not; name that file in a scenario of your own"
+        )
+    return "\n".join("".join(CHARACTERS[cell] for cell in row) for row in reversed(floor.cells.tolist())) + "\n"
 
 
 def wrong_character(line: str, symbols: Mapping[str, int]) -> int:

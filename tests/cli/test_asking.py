@@ -66,6 +66,37 @@ def test_open_prints_the_state_on_a_tape(tape: str, capsys: Capture) -> None:
     assert "\ntraffic:\n" in said
 
 
+def test_the_robot_may_stand_before_and_behind_the_time(tape: str, capsys: Capture) -> None:
+    orders = (
+        ["open", tape, "--at", "1.9", "r2"],
+        ["open", tape, "r2", "--at", "1.9"],
+        ["open", "--at", "1.9", tape, "r2"],
+    )
+    said = set()
+    for words in orders:
+        assert main(words) == 0
+        said.add(capsys.readouterr().out)
+    assert len(said) == 1
+    one_sentence(["open", tape, "--at", "1.9", "r1", "r2"], "unrecognized arguments: r2", capsys)
+
+
+def test_the_shell_asks_a_moment_and_goes_on(tape: str, monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:
+    typed = iter(["print(moment.past.tick)", "why('r1')", "step(5)", "print(state('r2').tick)"])
+
+    def read(prompt: str = "") -> str:
+        try:
+            return next(typed)
+        except StopIteration:
+            raise EOFError from None
+
+    monkeypatch.setattr("builtins.input", read)
+    assert main(["open", tape, "--at", "0.5", "--shell"]) == 0
+    said = capsys.readouterr()
+    assert said.out == "10\nr1 only listens" + said.out.split("r1 only listens", 1)[1]
+    assert said.out.endswith("'at 0.75 s'\n15\n")
+    assert " at 0.50 s: " in said.err
+
+
 def test_open_without_a_robot_has_a_line_for_each(tape: str, capsys: Capture) -> None:
     assert main(["open", tape, "--at", "1.9"]) == 0
     head, *lines = capsys.readouterr().out.splitlines()

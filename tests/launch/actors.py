@@ -20,7 +20,10 @@ from swarm.bus import Arrival, Bus, Endpoint, Presence
 from swarm.errors import ConfigError, SwarmError
 from swarm.messages import CLOCK, EVENT, SENSE, STATUS, Clock, Event, Phase, Sense, Status
 from swarm.scenario.load import Scenario
+from world.replay.judge import Watch
+from world.replay.replay import replayed
 from world.simulate import Simulation
+from world.tape.reader import TapeFile
 
 T = TypeVar("T")
 
@@ -68,6 +71,15 @@ def as_started() -> None:
     """Heed the signals that a shell lets a job in the background ignore: so does whoever runs these tests there."""
     for number in (signal.SIGINT, signal.SIGHUP):
         signal.signal(number, signal.SIG_DFL)
+
+
+def judge_tapes(runtime: Path) -> None:
+    """Check that the runs whose tapes fleets have left in a folder broke no safety law, and are replayed."""
+    for path in sorted(runtime.glob("zenoh-swarm-*/*.swarm")):
+        watch = Watch()
+        replay = replayed(TapeFile(path), watch.take)
+        found = [one for one in (replay.difference, *watch.judged()) if one is not None]
+        assert not found, f"{path}: {found}"
 
 
 class Command:
@@ -200,6 +212,8 @@ class Command:
         assert not self.reader.is_alive(), f"a process that writes to this output is left\n{self.text}"
         assert self.process.stdout is not None
         self.process.stdout.close()
+        if fault[0] is None:
+            judge_tapes(self.runtime)
 
 
 class Fleet(Command):

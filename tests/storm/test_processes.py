@@ -4,11 +4,13 @@ import json
 from pathlib import Path
 
 import pytest
+from msgspec.structs import replace
 
 from swarm.cli import main
 from swarm.launch import storm
 from swarm.launch.storm import perform_both
 from tests.storm.shared import plan_of
+from world.storm.history.history import record
 from world.storm.plans.plan import only_simulated
 from world.storm.results import Job
 
@@ -54,7 +56,7 @@ REPORTS = {
 @pytest.mark.parametrize("name", REPORTS)
 def test_another_digest_breaks_a_law(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     report, part = REPORTS[name]
-    monkeypatch.setattr(storm, "over_processes", lambda plan, limit, stop: report)
+    monkeypatch.setattr(storm, "over_processes", lambda plan, history, stop: (report, None))
     (violation,) = perform_both(Job("test", 1, plan_of()), lambda: False).violations
     assert violation.law == "same digest"
     assert violation.text.startswith(part)
@@ -73,3 +75,18 @@ def test_a_plan_file_with_such_faults_is_refused(tmp_path: Path, capsys: Capture
     assert capsys.readouterr().err == (
         f"swarm: {path}: only the simulation has robots that are suspended; run it without --over processes\n"
     )
+
+
+@pytest.mark.processes
+def test_the_first_answer_that_differs_is_named(tmp_runtime: Path) -> None:
+    """The history is that of other noise."""
+    history = record(HARSH)
+    _, first = storm.over_processes(HARSH, history, lambda: False)
+    assert first is None
+    other = record(replace(HARSH, scenario=replace(HARSH.scenario, seed=2)))
+    _, first = storm.over_processes(HARSH, other, lambda: False)
+    assert first is not None
+    pairs = zip(history.moments, other.moments, strict=False)
+    tick = next(mine.tick for mine, theirs in pairs if mine.commands != theirs.commands)
+    assert (first.law, first.tick) == ("same digest", tick)
+    assert "answers otherwise: command." in first.text

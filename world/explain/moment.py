@@ -4,6 +4,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 
 from swarm.fuzzy import Controller
+from swarm.maps.occupancy import Point
 from swarm.robot.brain import Robot
 from swarm.scenario.load import Scenario
 from swarm.traffic.lattice.placement import traffic_settings
@@ -27,8 +28,10 @@ class Instant(ABC):
 
     def _no_past(self) -> RecentPast:
         """Return the past of a run that has not begun."""
-        physics = self.world.bodies.physics
-        return RecentPast(self.scenario.settings.radio, self.scenario.settings.rate, physics.sees)
+        return RecentPast(self.scenario.settings.radio, self.scenario.settings.rate, self._sees)
+
+    def _sees(self, here: Point, there: Point) -> bool:
+        return self.world.bodies.physics.sees(here, there)
 
     @property
     @abstractmethod

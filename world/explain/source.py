@@ -13,6 +13,7 @@ from swarm.scenario.shipped import found
 from swarm.settings import TAPE
 from world.explain.moment import Instant, Simulated, run_until
 from world.explain.taped import Taped
+from world.replay.keyframes import folder
 from world.replay.replay import Replay
 from world.simulate import Simulation
 from world.storm.plans.plan import LARGEST, read
@@ -46,7 +47,7 @@ def moment_of(
     for name, value in (("--robots", robots), ("--seed", seed)):
         if value is not None:
             raise ConfigError(f"{name}: expected none with a tape, which has its own, got {value}; leave {name} out")
-    taped = Taped(TapeFile(path))
+    taped = Taped(TapeFile(path), folder())
     taped.run_through(run, None if at is None else round(at / taped.world.dt), each)
     return taped
 

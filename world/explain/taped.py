@@ -1,11 +1,13 @@
 """A moment of a run over processes, which is replayed from its tape."""
 
 from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
 
 from swarm.robot.brain import Robot
 from world.explain.moment import Instant
 from world.explain.past import Next, TakenAnswer
 from world.explain.timeline import Timeline
+from world.replay.keyframes import Keyframes
 from world.replay.replay import Replay
 from world.replay.values import ReplayedTick
 from world.tape.reader import TapeFile
@@ -13,14 +15,15 @@ from world.world import World
 
 
 class Taped(Instant):
-    """A moment of a run on a tape.
+    """A moment of a run on a tape; ``room`` is the folder for keyframes, None: there are none.
 
     Raises:
         ConfigError: a row of the tape is none, or what it has cannot have happened.
     """
 
-    def __init__(self, file: TapeFile) -> None:
+    def __init__(self, file: TapeFile, room: Path | None = None) -> None:
         self.timeline = Timeline(file)
+        self._keyframes = Keyframes(file, room)
         self.replay = Replay(file)
         self._run = self.replay.world.run
         self._next: tuple[int, Mapping[int, Next]] = -1, {}  # at a number of ticks lived
@@ -59,6 +62,8 @@ class Taped(Instant):
         if self.world.run != self._run:
             self._run, self.past = self.world.run, self._no_past()
         self.past.take(self.world.tick - 1, tick.senses, answers_of(self.replay, tick), tick.joined)
+        if self._keyframes.is_due(self.replay):
+            self._keyframes.keep(self.replay, (self.replay, self.past), moment=self)
         return True
 
     def is_away(self, robot: str, tick: int) -> bool:
@@ -71,7 +76,7 @@ class Taped(Instant):
     def next_of(self, robot: str) -> Next | None:
         """Return when a robot answers next, by the tape."""
         if self._next[0] != self.replay.done:
-            self._next = self.replay.done, self.timeline.after(self.replay.done)
+            self._next = self.replay.done, self.timeline.after(self.replay.mark)
         return self._next[1].get(self.world.robots.index(robot), Next(None))
 
     def run_through(
@@ -83,8 +88,19 @@ class Taped(Instant):
             ConfigError: there is no such tick.
         """
         lived = self.timeline.last(run, tick)
+        self._jump(lived)
         while self.replay.done < lived and self.step():
             each(self.replay)
+
+    def _jump(self, lived: int) -> None:
+        """Go on from the newest keyframe before a number of ticks lived, if that is later than this moment."""
+        found = self._keyframes.nearest(lived)
+        if found is not None and found.ticks > self.replay.done:
+            state = self._keyframes.state(found, self.replay, moment=self)
+            if state is not None:
+                self.replay, self.past = state
+                self.replay.load_foreign()
+                self._run = self.world.run
 
 
 def answers_of(replay: Replay, tick: ReplayedTick) -> Iterator[TakenAnswer]:

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from swarm.errors import ConfigError
 from swarm.messages import Command
 from world.explain.past import Next
-from world.tape.reader import Answered, TapeFile, TapeRow
+from world.tape.reader import Answered, Mark, TapeFile, TapeRow
 from world.tape.rows import GIVEN, JOIN, RESTART, RESUME, SAVE
 
 When = tuple[int, int]  # run and tick
@@ -20,7 +20,8 @@ class Timeline:
 
     def __init__(self, file: TapeFile) -> None:
         self._file = file
-        self.ticks = [when for when, row in _rows(file) if row.whole]
+        self._saved: dict[int, When] = {}  # by row: what the world has saved there
+        self.ticks = [when for when, row in self._rows(file.begin, (file.head.run, 0)) if row.whole]
 
     def last(self, run: int | None, tick: int | None) -> int:
         """Return how many ticks the world has lived at the end of a tick: the last life counts, and the last run.
@@ -44,33 +45,30 @@ class Timeline:
             raise ConfigError(f"--at: {text}")
         return len(self.ticks) - self.ticks[::-1].index((run, tick))
 
-    def after(self, lived: int) -> dict[int, Next]:
-        """Return what robots, by number, do next once the world has lived some ticks; others do not answer again."""
-        found, born, so_far = dict[int, Next](), set[int](), 0
-        run = self.ticks[lived - 1][0] if lived else None
-        for (now, tick), row in _rows(self._file):
-            if so_far >= lived:
-                if now != run:
-                    break
-                for robot, sensed in _answers(row, tick, born):
-                    found.setdefault(robot, Next(tick, sensed, robot in born))
-            so_far += row.whole
+    def after(self, mark: Mark) -> dict[int, Next]:
+        """Return what robots, by number, do next after the end of a tick; others do not answer again in its run."""
+        found, born = dict[int, Next](), set[int]()
+        run, tick = self.ticks[mark.ticks - 1] if mark.ticks else (self._file.head.run, -1)
+        for (now, at), row in self._rows(mark, (run, tick + 1)):
+            if now != run or len(found) == len(self._file.head.starts):
+                break
+            for robot, sensed in _answers(row, at, born):
+                found.setdefault(robot, Next(at, sensed, robot in born))
         return found
 
-
-def _rows(file: TapeFile) -> Iterator[tuple[When, TapeRow]]:
-    """Yield the rows, each with the run and tick in which it ends."""
-    run, tick, saved = file.head.run, 0, dict[int, When]()
-    for row in file.rows():
-        for item in row.items:
-            if item == RESTART:
-                run, tick = run + 1, 0
-            elif isinstance(item, list) and item[0] == RESUME:
-                run, tick = saved.get(item[1], (run, tick))
-        if SAVE in row.items:
-            saved[row.number] = run, tick
-        yield (run, tick), row
-        tick += row.whole
+    def _rows(self, mark: Mark, when: When) -> Iterator[tuple[When, TapeRow]]:
+        """Yield the rows behind a mark, each with the run and tick in which it ends; ``when`` is that of the first."""
+        run, tick = when
+        for row in self._file.rows(mark):
+            for item in row.items:
+                if item == RESTART:
+                    run, tick = run + 1, 0
+                elif isinstance(item, list) and item[0] == RESUME:
+                    run, tick = self._saved.get(item[1], (run, tick))
+            if SAVE in row.items:
+                self._saved[row.number] = run, tick
+            yield (run, tick), row
+            tick += row.whole
 
 
 def _answers(row: TapeRow, tick: int, born: set[int]) -> Iterator[tuple[int, int]]:

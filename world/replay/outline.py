@@ -1,11 +1,13 @@
 """What has to be known of a tape before it is replayed."""
 
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from swarm.messages import Broadcast
 from world.tape.reader import Answered, TapeFile
 from world.tape.rows import GIVEN, RESUME
+
+SPARE: Final = 100  # ticks for which senses and broadcasts are kept beside those that are needed
 
 
 class Outline(NamedTuple):
@@ -37,4 +39,4 @@ class Outline(NamedTuple):
                     resumed.add(item[1])
                 elif item[0] == GIVEN and isinstance(one := item[2], Broadcast):
                     foreign[one.run, one.robot, one.tick] = one
-        return cls(ticks, frozenset(resumed), slowest, memory + 100, foreign)
+        return cls(ticks, frozenset(resumed), slowest, memory + SPARE, foreign)

@@ -10,17 +10,17 @@ from swarm.errors import ConfigError, SwarmError
 from swarm.fuzzy import Controller
 from swarm.geometry import Pose
 from swarm.maps.occupancy import OccupancyMap
-from swarm.messages import Broadcast, Command, Map, Sense
+from swarm.messages import Broadcast, Command, Event, Map, Sense
 from swarm.robot.host.radio import Pair
 from swarm.robot.host.seat import KEPT, GivenAnswer, Seat
 from swarm.scenario.load import Scenario
-from world.fleet.publisher import floor
+from world.fleet.publisher import EVENTS_KEPT, floor
 from world.host.last_messages import LastMessages, Sent
 from world.in_process import InProcess
 from world.replay.ear import Ear
 from world.replay.outline import Outline
 from world.replay.values import Difference, Life, ReplayedTick, SavedWorld, Stepped
-from world.saving.snapshot_file import pack_state, unpack_state
+from world.saving.snapshot_file import unpack_state
 from world.tape.reader import Answered, TapeFile, TapeRow
 from world.tape.rows import ASK, GIVEN, JOIN, RESUME, SENSE, check_of
 from world.tasks.places import Book
@@ -61,11 +61,14 @@ class Replay(InProcess):
         self._sensed = False
         self.when_sensed: Callable[[], None] = lambda: None  # called when the senses of a tick were made
         self._saved: dict[int, SavedWorld] = {}
-        self._rows: Iterator[TapeRow] = self.file.rows()
+        self.mark = file.begin  # the last row that was replayed
+        self.rows: Iterator[TapeRow] = file.rows()
         self._tick: list[tuple[str, Command, Stepped | None]] = []
         self._joined: list[str] = []
         self.answers = 0
-        self._load_foreign()
+        self.events: tuple[Event, ...] = ()  # the last ones of this run
+        self.answered: dict[str, int] = {}  # tick of this run in which each robot has joined, or answered last
+        self.load_foreign()
 
     @property
     def lockstep(self) -> bool:
@@ -74,22 +77,21 @@ class Replay(InProcess):
 
     def _world(self, scenario: Scenario, run: int, edits: int, places: Book | None) -> World:
         head = self.head
-        starts = head.map.scenario.starts
-        assert isinstance(starts, dict)
-        poses = [Pose(*start) for start in starts.values()]
+        poses = [Pose(*start) for start in head.starts.values()]
         return World(scenario, poses, head.seed, run, edits, head.identity, head.outside, places)
 
     # --- the rows ---
 
     def step(self) -> ReplayedTick | None:
         """Replay until the end of the next tick; return None at the end of the tape."""
-        for row in self._rows:
+        for row in self.rows:
+            self.mark = row.mark
             if row.whole and not self._sensed and SENSE not in row.items:
                 self._sense()
             for item in row.items:
                 self._take(item)
             if row.number in self.outline.resumed:
-                self._keep(row.number)
+                self._saved[row.number] = SavedWorld.of(self.world)
             if row.whole:
                 return self._move()
         return None
@@ -133,7 +135,9 @@ class Replay(InProcess):
     def _move(self) -> ReplayedTick:
         world = self.world
         senses = self._senses.get(world.tick, {})
+        self.answered |= dict.fromkeys((*self._joined, *(name for name, *_ in self._tick)), world.tick)
         events = self.move()
+        self.events = (*self.events, *events)[-EVENTS_KEPT:]
         self._sensed = False
         self.done += 1
         self._floors.setdefault(world.bodies.edits, world.bodies.floor)
@@ -176,25 +180,26 @@ class Replay(InProcess):
         old = self.world
         self._senses, self.broadcasts, self._lives = {}, {}, {}
         self._begin(self._world(self.edited(), old.run + 1, old.bodies.edits, old.tasks.places))
-        self._load_foreign()
+        self.events, self.answered = (), {}
+        self.load_foreign()
 
     def _begin(self, world: World) -> None:
         """Begin or go on in another world."""
         world.poses()
         self.world, self.last, self._sensed, self._tick = world, LastMessages(), False, []
 
-    def _load_foreign(self) -> None:
+    def load_foreign(self) -> None:
+        """Take in what robots of other code say in this run."""
         found = {(name, tick): one for (run, name, tick), one in self.outline.foreign.items() if run == self.world.run}
         self.broadcasts |= found
 
     # --- a world that was killed ---
 
-    def _keep(self, row: int) -> None:
-        world = self.world
-        book = world.tasks.places
-        places = Book(starts=list(book.starts), requests=dict(book.requests))
-        bodies = world.bodies
-        self._saved[row] = SavedWorld(world.run, bodies.edits, bodies.floor, places, pack_state(world.save()))
+    def revived(self, saved: SavedWorld) -> World:
+        """Return a world that goes on from what was saved."""
+        world = self._world(replace(self.scenario, map=saved.floor), saved.run, saved.edits, saved.places)
+        world.restore(unpack_state(saved.state))
+        return world
 
     def _resume(self, row: int) -> None:
         saved = self._saved.get(row)
@@ -204,9 +209,12 @@ class Replay(InProcess):
             self._sense()  # robots may have answered them, and the world died before it wrote a row
         self._lives[self._life] = Life(dict(self._senses), dict(self.broadcasts))
         self._life += 1
-        world = self._world(replace(self.scenario, map=saved.floor), saved.run, saved.edits, saved.places)
-        world.restore(unpack_state(saved.state))
+        world = self.revived(saved)
+        before = self.last
         self._begin(world)
+        self.last.states = {name: one for name, one in before.states.items() if one.tick <= world.tick}
+        self.last.plans = {name: one for name, one in before.plans.items() if one.tick <= world.tick}
+        self.answered = {name: min(tick, world.tick) for name, tick in self.answered.items()}
 
     # --- a robot ---
 
@@ -239,6 +247,9 @@ class Replay(InProcess):
         self.answers += 1
         outputs = given.outputs
         self.deliver(name, outputs.command, outputs.broadcast)
+        for said in (outputs.state, outputs.plan):
+            if said is not None:
+                self.last.take(name, said, self.world.run, self.world.tick)
         self._tick.append((name, outputs.command, self.steps.get(name)))
 
     def _earlier(self, name: str, tick: int, heard: Iterable[tuple[int, int]], edits: int | None) -> None:

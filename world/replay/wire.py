@@ -3,9 +3,11 @@
 from collections.abc import Iterator
 from typing import Final
 
-from swarm.messages import CLOCK, Clock, Event, Liveness, Map, Message, Phase, Seen, State, Status
+from msgspec.structs import replace
+
+from swarm.messages import CLOCK, Clock, Events, Liveness, Message, Phase, Seen, Status
 from swarm.scenario.prepare import planning_grid
-from world.fleet.publisher import EVENTS_KEPT, floor
+from world.fleet.publisher import floor
 from world.replay.replay import Replay
 from world.replay.values import ReplayedTick
 from world.views.metrics import shortest_lengths
@@ -17,88 +19,79 @@ AWAY: Final = 1.0  # s without an answer, after which a robot is shown as gone
 
 
 class Wire:
-    """The messages of a run that is replayed: each says the newest of its topic. It must be told of every tick.
+    """The messages of a run that is replayed, from the tick on in which that is.
 
     A tape has no links and no clocks on the wall: a robot counts as gone while it does not answer.
     """
 
     def __init__(self, replay: Replay) -> None:
         self._replay = replay
-        self._rate = replay.world.settings.rate
-        replay.when_sensed = self._note
+        self._every = round(replay.world.settings.rate / CLOCK.rate)  # ticks between two clocks
+        self._floor = (-1, 0, 0)  # run, edits and robots of the map that was told
+        self._there: list[str] = []  # robots that are present by the clock that was told
         self._note()
-        self._begin()
-
-    def _begin(self) -> None:
-        self._run = self._replay.world.run
-        self._map: Map | None = None
-        self._listed = 0  # robots that the map has starts of
-        self._answered: dict[str, int] = {}  # the tick in which each robot has answered last
-        self._seen = dict.fromkeys(self._replay.world.robots, Seen(Liveness.GONE, 0.0))
-        self._states: dict[str, State] = {}
-        self.events: tuple[Event, ...] = ()  # the last ones
+        replay.when_sensed = self._note
 
     def _note(self) -> None:
         """Keep the true state as it is told, with what robots sense there."""
         self._truth = truth(self._replay.world)
 
+    def kept(self, phase: Phase = Phase.RUNNING) -> Iterator[Message]:
+        """Yield what a world keeps for those who come late, as it is now."""
+        replay, world = self._replay, self._replay.world
+        yield floor(replay.edited(), world)
+        yield self.clock(phase)
+        yield from states(world, replay.last.states).values()
+        yield from replay.last.plans.values()
+        yield Events(events=list(replay.events))
+        yield truth(world)
+
     def take(self, tick: ReplayedTick) -> Iterator[Message]:
         """Yield what was sent in a tick that was replayed just now: first the map and the clock, if they are due."""
-        world = self._replay.world
-        if world.run != self._run:
-            self._begin()
-        self._answered |= dict.fromkeys((*tick.joined, *(name for name, *_ in tick.steps)), world.tick)
-        changed = self._look()
-        if self._map is None or (self._map.edits, self._listed) != (world.bodies.edits, len(world.robots)):
-            self._map, self._listed = floor(self._replay.edited(), world), len(world.robots)
-            yield self._map
-        if changed or self._truth.tick % round(self._rate / CLOCK.rate) == 0:
-            yield self.clock()
-        yield self._truth
+        replay, world = self._replay, self._replay.world
+        known = (world.run, world.bodies.edits, len(world.robots))
+        if known != self._floor:
+            self._floor = known
+            yield floor(replay.edited(), world)
+        clock, at = self.clock(), self._truth
+        if clock.present != self._there or at.tick % self._every == 0:
+            self._there = clock.present
+            yield replace(clock, tick=at.tick, time=at.time)  # no later than what robots say of themselves in this tick
+        yield at
         for _, _, stepped in tick.steps:
             if stepped is not None and stepped.outputs is not None:
                 outputs = stepped.outputs
                 yield from (one for one in (outputs.broadcast, outputs.state, outputs.plan) if one is not None)
-                if outputs.state is not None:
-                    self._states[outputs.state.robot] = outputs.state
-        self.events = (*self.events, *tick.events)[-EVENTS_KEPT:]
         yield from tick.events
 
     def end(self, phase: Phase) -> Iterator[Message]:
         """Yield what was sent after the last tick."""
-        self._note()
-        yield self._truth
+        yield truth(self._replay.world)
         yield self.status(phase)
         yield self.clock(phase)
 
-    def _look(self) -> bool:
-        """Find out which robots are there; return True if that has changed."""
-        world, before = self._replay.world, self._seen
-        self._seen = dict(before)
+    def _seen(self) -> dict[str, Seen]:
+        replay, world = self._replay, self._replay.world
+        found: dict[str, Seen] = {}
         for name in world.robots:
-            there = name in self._answered and world.tick - self._answered[name] <= AWAY * self._rate
-            now = Liveness.ALIVE if there else Liveness.GONE
-            if name not in before or before[name].liveness is not now:
-                self._seen[name] = Seen(now, world.time)
-        return self._seen != before
+            came = replay.answered.get(name)
+            away = came is None or world.tick - came > AWAY * world.settings.rate
+            found[name] = Seen(Liveness.GONE, (came or 0) * world.dt) if away else Seen(Liveness.ALIVE, 0.0)
+        return found
 
     def clock(self, phase: Phase = Phase.RUNNING) -> Clock:
-        """Return the time of the run that the newest truth has, and who is there."""
-        world = self._replay.world
-        present = [name for name, seen in self._seen.items() if seen.liveness is Liveness.ALIVE]
+        """Return the time of the run, and who is there."""
+        world, seen = self._replay.world, self._seen()
+        present = [name for name, one in seen.items() if one.liveness is Liveness.ALIVE]
         return Clock(
-            run=world.run, tick=self._truth.tick, time=self._truth.time, phase=phase, robots=list(world.robots),
-            present=present, presence=self._seen, pool=world.tasks.pool.counts,
+            run=world.run, tick=world.tick, time=world.time, phase=phase, robots=list(world.robots), present=present,
+            presence=seen, pool=world.tasks.pool.counts,
         )  # fmt: skip
-
-    def states(self) -> list[State]:
-        """Return the state of every robot."""
-        return list(states(self._replay.world, self._states).values())
 
     def status(self, phase: Phase) -> Status:
         """Return the status of the run as it is now; shortest lengths are computed if it is over."""
-        world = self._replay.world
+        replay, world = self._replay, self._replay.world
         over = phase is Phase.OVER
-        shortest = shortest_lengths(world, planning_grid(self._replay.edited())) if over else [None] * len(world.robots)
+        shortest = shortest_lengths(world, planning_grid(replay.edited())) if over else [None] * len(world.robots)
         reason = missing(world) if over and not world.tasks.complete else ""
-        return status(world, phase, reason, self._seen, self._states, self.events, shortest)
+        return status(world, phase, reason, self._seen(), replay.last.states, replay.events, shortest)

@@ -62,12 +62,26 @@ class Answered(NamedTuple):
     check: bytes
 
 
+class Mark(NamedTuple):
+    """The end of a row, from which the file can be read on."""
+
+    number: int  # of the row, from 1; 0: the head
+    end: int  # bytes of the file up to here
+    ticks: int  # that end up to here
+    plain: list[Any]  # plain answers of the row
+
+
 class TapeRow(NamedTuple):
     """A row: what happened in a tick, or in a part of it."""
 
-    number: int  # from 1
+    mark: Mark
     items: list[Any]  # `Answered`, or the item as in the table of `rows`
     whole: bool  # the tick ends here
+
+    @property
+    def number(self) -> int:
+        """The number of the row, from 1."""
+        return self.mark.number
 
 
 class TapeFile:
@@ -83,7 +97,7 @@ class TapeFile:
         self.size = 0  # bytes up to there
         self.ticks = 0  # whole ones that were read
         self.head = self._read_head()
-        self._begin = self.size
+        self.begin = Mark(0, self.size, 0, [])
 
     def _values(self, begin: int, largest: int) -> Iterator[Any]:
         """Yield each MessagePack value from a byte on."""
@@ -123,33 +137,35 @@ class TapeFile:
             raise self._fault(0, f"expected {FORMAT!r}, got {head.format!r}")
         return head
 
-    def rows(self) -> Iterator[TapeRow]:
-        """Yield the rows of the file up to the last whole one.
+    def rows(self, after: Mark | None = None) -> Iterator[TapeRow]:
+        """Yield the rows of the file up to the last whole one; by default from the first on.
 
         Raises:
             ConfigError: a row is none.
         """
-        plain: list[Any] = []
-        self.ticks = 0
-        for number, (noted, checks, *rest) in enumerate(self.unchecked(), 1):
+        before, end, ticks, plain = after or self.begin
+        for number, (noted, checks, *rest) in enumerate(self.unchecked(before, end), before + 1):
             items = plain if noted is None else noted
+            self.ticks = ticks
             if len(checks) != CHECK * len(items):
                 raise self._fault(number, f"expected {CHECK * len(items)} bytes of checks, got {len(checks)}")
             pieces = [checks[at : at + CHECK] for at in range(0, len(checks), CHECK)]
             plain = plain_of([item for item in items if is_plain(item)])
             found = [self._item(number, item, check) for item, check in zip(items, pieces, strict=True)]
-            self.ticks += not rest
-            if self.ticks > MOST_TICKS:
+            self.ticks = ticks = ticks + (not rest)
+            if ticks > MOST_TICKS:
                 raise self._fault(number, f"expected at most {MOST_TICKS} ticks")
-            yield TapeRow(number, found, not rest)
+            yield TapeRow(Mark(number, self.size, ticks, plain), found, not rest)
 
-    def unchecked(self) -> Iterator[list[Any]]:
+    def unchecked(self, number: int = 0, end: int | None = None) -> Iterator[list[Any]]:
         """Yield the rows of the file as they are, up to the last whole one; their items are not checked.
+
+        ``number`` and ``end`` are those of the row before the first one, by default of the head.
 
         Raises:
             ConfigError: a row is none.
         """
-        number, values = 0, self._values(self._begin, LARGEST)
+        values = self._values(self.begin.end if end is None else end, LARGEST)
         while True:
             number += 1
             try:

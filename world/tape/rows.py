@@ -69,6 +69,13 @@ class Head(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     outside: list[Id]  # robots whose body is outside
     map: Map  # with scenario, rules and the start of each robot
 
+    @property
+    def starts(self) -> dict[str, tuple[float, float, float]]:
+        """The start of each robot [m, m, rad]."""
+        starts = self.map.scenario.starts
+        assert isinstance(starts, dict)
+        return starts
+
 
 def check_of(command: Command) -> bytes:
     """Return the two bytes that stand for an answer."""

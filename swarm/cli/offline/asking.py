@@ -53,6 +53,8 @@ def opened(options: argparse.Namespace) -> int:
     import yaml
 
     moment = _moment(options)
+    if options.shell:
+        return _shell(moment, options)
     names = moment.world.robots if options.robot is None else [options.robot]
     states = [msgspec.to_builtins(moment.state(name)) for name in names]
     found = states if options.robot is None else states[0]
@@ -63,6 +65,27 @@ def opened(options: argparse.Namespace) -> int:
         print("\n".join(map(_line, states)))
     else:
         print(yaml.safe_dump(found, sort_keys=False, default_flow_style=None, width=120), end="")
+    return _doubted(moment)
+
+
+def _shell(moment: "Instant", options: argparse.Namespace) -> int:
+    """Let the user ask a moment in Python, and go on from it."""
+    import code
+
+    from world.explain.clauses import as_text
+    from world.explain.moment import run_until
+
+    def step(ticks: int = 1) -> str:
+        run_until(moment, moment.past.tick + ticks)
+        return f"at {moment.past.clock(moment.past.tick)}"
+
+    def why(name: str) -> None:
+        print(as_text(moment.why(name)))
+
+    names = {"moment": moment, "why": why, "state": moment.state, "step": step}
+    at = f"{options.file} at {moment.past.clock(moment.past.tick)}"
+    text = f"{at}: moment.robots, moment.world, why('r1'), state('r1'), step(20). Ctrl-D ends."
+    code.interact(banner=text, local=names, exitmsg="")
     return _doubted(moment)
 
 
@@ -143,11 +166,15 @@ def add(commands: "Commands[Parser]") -> None:
     one.add_argument("--fleet", metavar="NAME", help=text)
     text = "change what the answer names, run on in memory, and say what would have been"
     one.add_argument("--prove", action="store_true", help=text)
+    one.mixed = True
     one.set_defaults(command=why)
 
     one = commands.add_parser("open", help="print what the robots of a run know and have decided at a time")
     _of_a_moment(one)
     one.add_argument("robot", nargs="?", metavar="ROBOT", help="all of its state; without it, a line for each robot")
+    text = "a Python prompt on that moment, which `step()` goes on from"
+    one.add_argument("--shell", action="store_true", help=text)
+    one.mixed = True
     one.set_defaults(command=opened)
 
     one = commands.add_parser("diff", help="say where two runs part, by their tapes, and what is behind it")

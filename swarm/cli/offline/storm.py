@@ -3,11 +3,13 @@
 import argparse
 import os
 import re
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from swarm.cli.parsing import Commands, Parser
 from swarm.errors import ConfigError
+from swarm.settings import TAPE
 
 if TYPE_CHECKING:
     from world.storm.plans.plan import StormPlan
@@ -28,6 +30,8 @@ def storm(options: argparse.Namespace) -> int:
     if options.show is not None:
         print(command.show(_only(profiles), _seed("--show", options.show)), end="")
         return 0
+    if options.tape is not None:
+        return _from(options.tape, options.out)
     if options.shrink is not None:
         plan = _plan(options.shrink, profiles)
         out = options.out or Path("tests", "storm", f"{plan.profile}-{plan.seed}.yaml")
@@ -49,6 +53,36 @@ def storm(options: argparse.Namespace) -> int:
             as_json=options.json,
         )
     )
+
+
+def _from(path: Path, out: Path | None) -> int:
+    """Make a plan of what happened in a run, and write it if it breaks a law, or if ``out`` names its file.
+
+    Return 1 if the run or the plan has broken one, else 0.
+    """
+    from swarm.cli.offline.replay import opened, replayed
+    from world.replay.as_plan import as_plan
+    from world.replay.judge import Watch
+    from world.storm.output import write_plan
+    from world.storm.results import Job, perform
+    from world.tape.reader import TapeFile
+
+    plan, left_out = as_plan(TapeFile(path))
+    watch, replay = Watch(), opened(path)
+    replayed(replay, partial(watch.take, replay))
+    broken = {"the run": watch.judged(), "its plan": perform(Job(plan.profile, plan.seed, plan)).violations}
+    for what in left_out:
+        print(f"{what}: no plan has that, so it is left out")
+    for who, laws in broken.items():
+        for law, tick, _, text in laws:
+            print(f"{who} breaks {law}, tick {tick}: {text}")
+        if not laws:
+            print(f"{who} breaks no law")
+    if broken["its plan"] or out is not None:
+        file = out or Path("tests", "storm", f"{path.stem}.yaml")
+        write_plan(plan, file)
+        print(f"{file}: {plan.robots} robots, {len(plan.faults)} faults; swarm storm --shrink {file} makes it smaller")
+    return int(any(broken.values()))
 
 
 def seeds(text: str | None, start: int | None) -> range:
@@ -120,6 +154,9 @@ def add(commands: "Commands[Parser]") -> None:
     one.add_argument("--plans", type=Path, metavar="DIR", help="write the plans that failed into this folder")
     one.add_argument("--show", metavar="SEED", help="print the plan of a seed and end")
     one.add_argument("--shrink", metavar="SEED|PLAN.yaml", help="shrink a plan that fails, write it and end")
-    one.add_argument("--out", type=Path, metavar="FILE.yaml", help="file of --shrink; by default in tests/storm")
+    text = "make a plan of what happened in a run, from its tape, and end; it is written if it breaks a law"
+    one.add_argument("--from", dest="tape", type=Path, metavar=f"FILE{TAPE}", help=text)
+    text = "file of --shrink and --from; by default in tests/storm"
+    one.add_argument("--out", type=Path, metavar="FILE.yaml", help=text)
     one.add_argument("--json", action="store_true")
     one.set_defaults(command=storm)

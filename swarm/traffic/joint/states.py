@@ -2,7 +2,6 @@
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
-from types import MappingProxyType
 from typing import Final, NamedTuple
 
 from swarm.messages.traffic import Collect, Entry, Epoch, JointPlan, Record, Refusal
@@ -15,7 +14,7 @@ from swarm.traffic.settings import TrafficConstants
 
 NEVER: Final = -(10**9)  # tick
 SETTLE: Final = 20  # ticks after which a member that shows no sign of the plan is taken not to follow it
-NOBODY: Final[Mapping[str, int]] = MappingProxyType({})
+NOBODY: Final[Mapping[str, int]] = {}
 
 
 class Free(NamedTuple):

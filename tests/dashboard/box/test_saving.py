@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from dashboard.box.saving import drawing, scenario_file
+from dashboard.box.saving import scenario_file
 from swarm.errors import ConfigError
 from swarm.geometry import Pose
-from swarm.maps.text import from_text
+from swarm.maps.text import from_text, to_text
 from swarm.messages import Map, Setup
 from swarm.scenario.check import check
 from swarm.scenario.load import load
@@ -40,9 +40,9 @@ def test_a_saved_scenario_drives_the_same(name: str, tmp_path: Path) -> None:
 def test_a_floor_that_no_text_can_say_is_refused() -> None:
     moved = replace(from_text("...\n...\n", 0.5, "test"), origin=Pose(-1.0, 2.0, 0.0))
     with pytest.raises(ConfigError, match=r"expected a floor of walls, obstacles and free cells with its corner at"):
-        drawing(moved)
+        to_text(moved)
 
 
 def test_a_drawing_is_read_back() -> None:
     text = "####\n#.o#\n#..#\n####\n"
-    assert drawing(from_text(text, 0.5, "test")) == text
+    assert to_text(from_text(text, 0.5, "test")) == text

@@ -161,18 +161,27 @@ def read(path: Path) -> StormPlan:
         raise ConfigError(
             f"{path}: expected a storm plan (`storm: 1`, `scenario:`), got something else; swarm storm writes them"
         )
+    return valid(raw, str(path))
+
+
+def valid(raw: object, where: str) -> StormPlan:
+    """Return the plan in plain values.
+
+    Raises:
+        ConfigError: they are none; the text begins with ``where``.
+    """
     try:
         plan = msgspec.convert(raw, StormPlan)
     except msgspec.ValidationError as fault:
-        raise ConfigError(f"{path}: {fault}; swarm storm --show SEED prints a valid plan") from None
-    checked(msgspec.to_builtins(plan.scenario), str(path))
+        raise ConfigError(f"{where}: {fault}; swarm storm --show SEED prints a valid plan") from None
+    checked(msgspec.to_builtins(plan.scenario), where)
     names = {f"r{number}" for number in range(1, plan.robots + 1)}
     if unknown := {*[fault.robot for fault in plan.faults], *plan.mute} - names:
         raise ConfigError(
-            f"{path}: faults and mute: expected robots r1 to r{plan.robots}, got {', '.join(sorted(unknown))}"
+            f"{where}: faults and mute: expected robots r1 to r{plan.robots}, got {', '.join(sorted(unknown))}"
         )
     try:
         check(plan.to_scenario(), plan.robots, plan.scenario.seed)
     except ConfigError as fault:
-        raise ConfigError(f"{path}: {fault}") from None
+        raise ConfigError(f"{where}: {fault}") from None
     return plan
