@@ -20,7 +20,7 @@ from dashboard.viewers import end_with_us
 from swarm.errors import SwarmError
 from world.explain.clauses import as_text
 
-POLITE: Final = 10  # by which others go before it on this machine's processors
+POLITE: Final = 5  # by which others go before it on this machine's processors
 
 
 def answered(moments: Moments, line: bytes) -> Answer | Refusal:

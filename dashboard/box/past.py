@@ -14,7 +14,7 @@ import msgspec
 from dashboard.box.questions import Question, Refusal, What
 from swarm.errors import PeerError
 
-ANSWER: Final = 30.0  # s for an answer; a long run takes that long to be run again
+ANSWER: Final = 60.0  # s for an answer: a long run has to be run again, perhaps on a busy machine
 MOST_ASKED: Final = 3  # questions at once: the others wait for the first
 
 
@@ -81,6 +81,7 @@ class Past:
             raise PeerError("tape: the box has ended")
         if self._child is not None and self._child.process.poll() is None:
             return self._child
+        self._end()
         command = [sys.executable, "-P", "-m", "dashboard.box.answering", str(self._file)]
         process = subprocess.Popen(
             [*command, "--ends-with", str(os.getpid())], stdin=subprocess.PIPE, stdout=subprocess.PIPE

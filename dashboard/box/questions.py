@@ -10,13 +10,16 @@ from swarm.messages.fields import says
 
 TRAILS: Final = "box/trails"
 What = Literal["why", "past"]
+Frame = Annotated[msgspec.Raw, Meta(extra_json_schema={"type": "object"})]  # JSON, as `frames.framed` writes it
 QUESTIONS: Final[tuple[What, ...]] = ("why", "past")  # each is a path
 
 
 class Question(Struct, frozen=True, kw_only=True):
     """A question about a moment of the run."""
 
-    at: Annotated[Annotated[float, Meta(ge=0.0, le=1e6)] | None, says("s; time of the run; null: now")] = None
+    at: Annotated[
+        Annotated[float, Meta(ge=0.0, le=1e6)] | None, says("s; time of the run; null: as far as the tape has come")
+    ] = None
     run: Annotated[Annotated[int, Meta(ge=0, le=2**53)] | None, says("its number; null: the last one")] = None
 
 
@@ -27,7 +30,7 @@ class Answer(Struct, frozen=True, kw_only=True):
     at: Annotated[float, says("s; time of the run")]
     doubt: Annotated[str | None, says("what is wrong with the tape up to then; null: nothing")]
     text: Annotated[str | None, says("why the robot does what it does, a cause a line")] = None
-    frames: Annotated[list[msgspec.Raw], says("as on `/live`, of that moment; and `box/trails`")] = []
+    frames: Annotated[list[Frame], says("`key` and `message`, as on `/live`, of that moment; and `box/trails`")] = []
 
 
 class Refusal(Struct, frozen=True):

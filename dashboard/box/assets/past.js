@@ -182,7 +182,7 @@ export function refresh(page) {
     when.max = newestTick;
     when.value = wished ?? newestTick;
   }
-  const told = past ? `${(past.tick / rate()).toFixed(2)} s, past` : lacks || "live";
+  const told = past ? `${(past.tick / rate()).toFixed(2)} s, past${past.doubt ? ", in doubt" : ""}` : lacks || "live";
   if ($("reading").textContent !== told) $("reading").textContent = told;
   $("reading").title = past?.doubt ?? "";
   $("live").hidden = !past;
