@@ -4,14 +4,15 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Final, NamedTuple
 
+from msgspec.structs import replace
+
 from dashboard.fold.overlays import KEPT
 from swarm.errors import ConfigError
-from swarm.messages import Clock, Events, Liveness, Message, Phase, Point, Seen, Truth
+from swarm.messages import Clock, Message, Point, Truth
 from world.explain.taped import Taped
-from world.fleet.publisher import floor
-from world.replay.wire import AWAY
+from world.replay.keyframes import folder
+from world.replay.wire import Wire
 from world.tape.reader import TapeFile
-from world.views.status import states
 from world.views.truth import truth
 
 TRAIL: Final = 16.0  # s of a robot's way that are shown
@@ -29,36 +30,23 @@ class Moment(NamedTuple):
 
         The broadcasts are those of the last while: so long a page keeps what robots tell of the floor.
         """
-        replay, world, past = self.taped.replay, self.taped.world, self.taped.past
-        yield floor(replay.edited(), world)
-        yield self._clock()
-        yield Events(events=list(replay.events))
+        past, seen = self.taped.past, self.truth
         since = past.tick - KEPT * past.rate
-        yield from sorted(
-            (words for row in past.said.values() for words in row if words.tick >= since), key=lambda words: words.tick
-        )
-        yield from states(world, replay.last.states).values()
-        yield from replay.last.plans.values()
-        yield self.truth
+        for message in Wire(self.taped.replay).kept():
+            match message:
+                case Clock():
+                    yield replace(message, tick=seen.tick, time=seen.time)
+                    said = (words for row in past.said.values() for words in row if words.tick >= since)
+                    yield from sorted(said, key=lambda words: words.tick)
+                case Truth():
+                    yield seen
+                case _:
+                    yield message
 
     def trails(self) -> dict[str, list[Point]]:
         """Return where each robot has been of late [m], the oldest point first."""
         past = self.taped.past
         return {name: _thinned(past.trail(name, round(TRAIL * past.rate))) for name in self.taped.world.robots}
-
-    def _clock(self) -> Clock:
-        """Return the time, and who is there: a tape has no links, so a robot is gone while it does not answer."""
-        world, past = self.taped.world, self.taped.past
-        oldest = past.tick - AWAY * past.rate
-        present = [name for name in world.robots if past.came.get(name, -1.0) >= oldest and name in past.came]
-        seen = {
-            name: Seen(Liveness.ALIVE if name in present else Liveness.GONE, past.came.get(name, 0) / past.rate)
-            for name in world.robots
-        }
-        return Clock(
-            run=world.run, tick=self.truth.tick, time=self.truth.time, phase=Phase.RUNNING, robots=list(world.robots),
-            present=present, presence=seen, pool=world.tasks.pool.counts,
-        )  # fmt: skip
 
 
 def _thinned(trail: list[Point]) -> list[Point]:
@@ -70,7 +58,7 @@ def _thinned(trail: list[Point]) -> list[Point]:
 
 
 class Moments:
-    """A tape, and one moment of it that goes forward; for an earlier one the tape is opened again.
+    """A tape, and one moment of it that goes forward; for an earlier one the tape is opened again, at a keyframe.
 
     The tape of a run that goes on grows: it is opened again too for a tick that it did not have when it was read.
     """
@@ -88,7 +76,7 @@ class Moments:
         """
         taped, self._taped = self._taped, None  # a moment that fails is of no more use
         if taped is None or not _is_ahead(taped, at, run):
-            taped = Taped(TapeFile(self._file))
+            taped = Taped(TapeFile(self._file), folder())
         self._go(taped, at, run)
         self._taped = taped
         assert self._truth is not None
@@ -100,15 +88,15 @@ class Moments:
         lived = timeline.last(run, None if at is None else round(at / taped.world.dt))
         if taped.replay.done == lived:
             return
-        run, tick = timeline.ticks[lived - 1]
-        if tick and timeline.last(run, tick - 1) < lived:
-            taped.run_through(run, tick - 1)
+        if lived > 1 and timeline.last(*timeline.ticks[lived - 2]) == lived - 1:
+            taped.run_through(*timeline.ticks[lived - 2])
 
         def note() -> None:
             self._truth = truth(taped.world)
 
         taped.replay.when_sensed = note
-        taped.run_through(run, tick)
+        while taped.replay.done < lived and taped.step():
+            pass
 
 
 def _is_ahead(taped: Taped, at: float | None, run: int | None) -> bool:
