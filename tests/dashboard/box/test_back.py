@@ -32,6 +32,19 @@ def press(box: Box, key: str, reading: str) -> None:
     box.await_text("#reading", reading)
 
 
+def paused_where_one_waits(box: Box) -> str:
+    """Pause the run while a robot gives way; return that robot."""
+    while True:
+        box.page.locator("#rows li.give_way").first.wait_for()
+        box.page.click("#pause")
+        box.page.wait_for_selector("html[data-phase=paused]")
+        waiting = [one["robot"] for one in shown(box)["truth"]["bodies"] if one["activity"] == "give_way"]
+        if waiting:
+            return str(waiting[0])
+        box.page.click("#pause")
+        box.page.wait_for_selector("html[data-phase=running]")
+
+
 def test_click_a_robot_that_waits_go_back_in_time_and_to_live_again(tmp_runtime: Path) -> None:
     tape = tmp_runtime / "the tape.swarm"
     flags = ("--dashboard", "box", "--wait", "--serve", "--record", str(tape))
@@ -49,12 +62,10 @@ def test_click_a_robot_that_waits_go_back_in_time_and_to_live_again(tmp_runtime:
         box.await_text("#tape code", f"swarm replay '{tape}'")
 
         box.page.click("#go")
-        box.page.locator("#rows li.give_way .row").first.click()
+        waits = paused_where_one_waits(box)
+        box.page.click(f"#rows li[data-robot={waits}] .row")
         box.await_text("#one .causes .note", "at ")
-        waits = shown(box)["selected"]
         box.await_text("#one .causes li", f"{waits} ")
-        box.page.click("#pause")
-        box.page.wait_for_selector("html[data-phase=paused]")
 
         slider = box.page.locator("#when").bounding_box()
         assert slider is not None
