@@ -16,6 +16,7 @@ from world.tape.reader import TapeFile
 from world.views.truth import truth
 
 TRAIL: Final = 16.0  # s of a robot's way that are shown
+LATE: Final = 5  # ticks before the end of a tape that is written: robots may still answer them
 APART: Final = 0.03  # m, at least, between two points of it
 
 
@@ -69,7 +70,7 @@ class Moments:
         self._truth: Truth | None = None
 
     def at(self, at: float | None, run: int | None) -> Moment:
-        """Return the moment at a time of a run [s]; None: where the tape ends, and its last run.
+        """Return the moment at a time of a run [s]; None: shortly before the tape ends, and its last run.
 
         Raises:
             ConfigError: the file cannot be read, or is no tape, or the run has no such time.
@@ -86,6 +87,9 @@ class Moments:
         """Run a moment on; note what listeners are told in its last tick."""
         timeline = taped.timeline
         lived = timeline.last(run, None if at is None else round(at / taped.world.dt))
+        if at is None:
+            run, newest = timeline.ticks[lived - 1]
+            lived = timeline.last(run, max(0, newest - LATE))
         if taped.replay.done == lived:
             return
         if lived > 1 and timeline.last(*timeline.ticks[lived - 2]) == lived - 1:

@@ -18,7 +18,8 @@ class Question(Struct, frozen=True, kw_only=True):
     """A question about a moment of the run."""
 
     at: Annotated[
-        Annotated[float, Meta(ge=0.0, le=1e6)] | None, says("s; time of the run; null: as far as the tape has come")
+        Annotated[float, Meta(ge=0.0, le=1e6)] | None,
+        says("s; time of the run; null: 5 ticks before the tape ends, which robots may still answer"),
     ] = None
     run: Annotated[Annotated[int, Meta(ge=0, le=2**53)] | None, says("its number; null: the last one")] = None
 

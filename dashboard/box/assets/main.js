@@ -86,8 +86,8 @@ function redraw() {
   requestAnimationFrame(() => {
     due = false;
     draw(context, view);
-    panel.refresh(page);
     past.refresh(page);
+    panel.refresh(page);
     inputs();
   });
 }

@@ -203,6 +203,7 @@ function tape(page) {
     box.append(line);
   }
   lines.forEach((text, at) => set(box.children[at + 1].firstChild, text));
+  set(box.querySelector("summary code"), file.split("/").at(-1));
 }
 
 function measures(box, seen) {

@@ -58,7 +58,8 @@ def test_click_a_robot_that_waits_go_back_in_time_and_to_live_again(tmp_runtime:
         box = Box(running, address, FLOOR)
         assert box.page.locator("#when").is_disabled()
         box.await_text("#reading", "nothing is past")
-        box.await_text("#tape code", str(tape))
+        box.page.click("#tape summary")
+        box.await_text("#tape p code", str(tape))
         box.await_text("#tape code", f"swarm replay '{tape}'")
 
         box.page.click("#go")

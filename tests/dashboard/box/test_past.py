@@ -55,12 +55,12 @@ def frames_of(answer: Answer) -> dict[str, Any]:
 # fmt: off
 LINES: Final[dict[str, tuple[bytes, Any]]] = {  # line -> what is told of it: run, tick, a part of the text; or a part of the refusal
     "why":                  (b'["why","r1",{"at":3.0,"run":0}]', (0, 60, "r1 ")),
-    "why now":              (b'["why","r2",{}]', (1, MORE - 1, "r2 ")),
+    "why now":              (b'["why","r2",{}]', (1, MORE - 6, "r2 ")),
     "why at the beginning": (b'["why","r1",{"at":0,"run":0}]', (0, 0, "r1 only listens")),
     "why in the last run":  (b'["why","r1",{"at":1}]', (1, 20, "r1 ")),
     "the past":             (b'["past",null,{"at":3.0,"run":0}]', (0, 60, None)),
     "the past of a robot":  (b'["past","r2",{"at":0.05,"run":1}]', (1, 1, None)),
-    "the end of a run":     (b'["past",null,{"run":0}]', (0, TICKS - 1, None)),
+    "the end of a run":     (b'["past",null,{"run":0}]', (0, TICKS - 6, None)),
     "between two ticks":    (b'["past",null,{"at":3.01,"run":0}]', (0, 60, None)),
     "why nobody":           (b'["why",null,{"at":3.0,"run":0}]', "expected ?robot=NAME"),
     "an unknown robot":     (b'["why","r9",{"at":3.0,"run":0}]', "expected one of r1, r2, got 'r9'"),
@@ -178,7 +178,7 @@ def children() -> list[psutil.Process]:
 def test_the_process_starts_with_the_first_question_and_ends_with_the_box(past: Past) -> None:
     assert children() == []
     answer = msgspec.json.decode(past.ask("why", "r1", NOW), type=Answer)
-    assert (answer.run, round(answer.at * 20, 6)) == (1, MORE - 1)
+    assert (answer.run, round(answer.at * 20, 6)) == (1, MORE - 6)
     with pytest.raises(PeerError, match="expected one of r1, r2, got 'r9'"):
         past.ask("why", "r9", NOW)
     (child,) = children()
