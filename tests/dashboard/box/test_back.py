@@ -18,6 +18,10 @@ SHOWN = """async () => {
   const { state } = await import("/page/state.js");
   return { truth: state.truth, past: state.past, selected: state.selected };
 }"""
+SETTLED = """() => {
+  const [reading, when] = ["reading", "when"].map((id) => document.getElementById(id));
+  return Math.round(20 * parseFloat(reading.textContent)) === Number(when.value);
+}"""
 pytestmark = [pytest.mark.processes, pytest.mark.skipif(PROGRAM is None, reason=LACKS)]
 
 
@@ -77,10 +81,7 @@ def test_click_a_robot_that_waits_go_back_in_time_and_to_live_again(tmp_runtime:
             box.page.mouse.move(slider["x"] + slider["width"] * part, middle)
         box.page.mouse.up()
         box.page.wait_for_selector("html.past[data-phase=past]")
-        box.page.wait_for_function("""async () => {
-          const { state } = await import("/page/state.js");
-          return state.past.tick === Number(document.getElementById("when").value);
-        }""")
+        box.page.wait_for_function(SETTLED)
         there = shown(box)
         tick = there["past"]["tick"]
         assert msgspec.convert(there["truth"], Truth) == Moments(tape).at(tick / 20, 0).truth

@@ -139,7 +139,7 @@ def test_a_tape_that_grows_is_opened_again_and_a_cut_one_ends_where_it_is_cut(ta
     cut = answered(moments, b'["past",null,{}]')
     assert isinstance(cut, Answer)
     assert 0 < cut.at < (TICKS - 1) / 20
-    later = msgspec.json.encode(("past", None, Question(run=0, at=cut.at + 0.05)))
+    later = msgspec.json.encode(("past", None, Question(run=0, at=cut.at + 0.5)))
     refusal = answered(moments, later)
     assert isinstance(refusal, Refusal)
     assert "the tape ends there" in refusal.refused
