@@ -7,6 +7,7 @@ and a polite one: a tape that is run again keeps a processor busy for seconds.
 import argparse
 import os
 import sys
+from contextlib import redirect_stdout
 from pathlib import Path
 from typing import Final
 
@@ -71,9 +72,10 @@ def main(arguments: list[str] | None = None) -> int:
             return 0
         os.nice(POLITE)
     moments, answers = Moments(given.file), sys.stdout.buffer
-    for line in sys.stdin.buffer:
-        answers.write(msgspec.json.encode(answered(moments, line)) + b"\n")
-        answers.flush()
+    with redirect_stdout(sys.stderr):  # nothing else comes between the answers
+        for line in sys.stdin.buffer:
+            answers.write(msgspec.json.encode(answered(moments, line)) + b"\n")
+            answers.flush()
     return 0
 
 

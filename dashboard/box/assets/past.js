@@ -7,12 +7,13 @@ import { body, rate, row, state } from "./state.js";
 const $ = (id) => document.getElementById(id);
 const ALWAYS = new Set(["box/hello", "fleet/setup"]); // frames that belong to no moment
 const WAITS = new Set(["give_way", "blocked", "stopped"]);
-const AGAIN = 2000; // ms between two questions about now that nobody has clicked for
+const AGAIN = 2000; // ms, at least, between two questions about now that nobody has clicked for
+const REST = 4; // times as long as an answer took, the tape is left alone before such a question
 const live = new Map(); // the newest live frame of each kind
 
 let dragged = false; // the slider is held
 let wished = null; // the tick that was asked for last
-let asked = { about: "", at: -Infinity }; // what the last question why was about, and when it was [ms]
+let asked = { about: "", again: 0 }; // what the last question why was about, and when another may be asked [ms]
 
 /** Keep a live frame. Return true if it has to wait, because the past is shown. */
 export function holds(key, message, page) {
@@ -83,8 +84,9 @@ function back(page) {
   page.redraw();
 }
 
-/** Show the moment again: another robot was selected. */
+/** Show the moment again, and ask again why: a robot was selected. */
 export function again(page) {
+  asked.about = "";
   if (state.past) seek(state.past.tick, page);
 }
 
@@ -92,17 +94,19 @@ export function again(page) {
 
 /** Ask why the selected robot does what it does at the moment that is shown. */
 export function why(page) {
-  asked = { about: subject(), at: performance.now() };
+  asked = { about: subject(), again: Infinity };
   inquire(page, state.selected, state.past && { at: state.past.tick / rate(), run: state.past.run });
 }
 
 const inquire = newest(async (page, robot, moment) => {
+  const began = performance.now();
   let told;
   try {
     told = await ask(`/why${named(robot)}`, moment ?? {});
   } catch (fault) {
     told = { text: fault.message, doubt: null, wrong: true };
   }
+  asked.again = performance.now() + Math.max(AGAIN, REST * (performance.now() - began));
   if (robot !== state.selected || (moment?.at ?? null) !== (state.past && state.past.tick / rate())) return; // too late
   state.why = { robot, ...told };
   page.redraw();
@@ -122,7 +126,7 @@ function attend(page) {
   if (!waits) {
     asked.about = "";
     state.why = null;
-  } else if (state.past || state.why?.robot !== state.selected || performance.now() - asked.at > AGAIN) {
+  } else if (state.past || state.why?.robot !== state.selected || performance.now() > asked.again) {
     why(page);
   }
 }
@@ -161,7 +165,7 @@ function step({ key, shiftKey }, page) {
 /** Move in time by a key while the past is shown; return false if it is none of these keys. */
 export function pressed(event, page) {
   if (!state.past) return false;
-  if (event.key !== "l") return step(event, page);
+  if (event.key.toLowerCase() !== "l") return step(event, page);
   back(page);
   return true;
 }
@@ -174,8 +178,8 @@ export function moment() {
 /** Write anew what may have changed, and ask why the selected robot waits. */
 export function refresh(page) {
   const { past, hello } = state, when = $("when"), newestTick = last();
-  const lacks = !hello ? "" : !hello.tape ? "no way back in time: this run has no tape on this machine" : newestTick ? "" : "nothing is past: the run has not begun";
-  when.disabled = Boolean(lacks) || !hello;
+  const lacks = !hello || !state.connected ? "the box does not answer" : !hello.tape ? "no way back in time: this run has no tape on this machine" : newestTick ? "" : "nothing is past: the run has not begun";
+  when.disabled = Boolean(lacks);
   $("earlier").disabled = when.disabled;
   $("later").disabled = !past;
   if (!dragged) {
@@ -184,6 +188,7 @@ export function refresh(page) {
   }
   const told = past ? `${(past.tick / rate()).toFixed(2)} s, past${past.doubt ? ", in doubt" : ""}` : lacks || "live";
   if ($("reading").textContent !== told) $("reading").textContent = told;
+  when.setAttribute("aria-valuetext", told);
   $("reading").title = past?.doubt ?? "";
   $("live").hidden = !past;
   document.documentElement.classList.toggle("past", Boolean(past));

@@ -7,7 +7,7 @@ import msgspec
 import pytest
 
 from dashboard.box.moments import Moments
-from swarm.messages import Truth
+from swarm.messages import ACTION, Action, Do, Truth
 from tests.dashboard.browsing import LACKS, PROGRAM, Box, browser
 from tests.launch.actors import Fleet
 from world.explain.clauses import as_text
@@ -68,7 +68,8 @@ def test_click_a_robot_that_waits_go_back_in_time_and_to_live_again(tmp_runtime:
 
         box.page.click("#go")
         waits = paused_where_one_waits(box)
-        box.page.click(f"#rows li[data-robot={waits}] .row")
+        for _ in range(3):  # it is looked at, not looked at, and looked at again
+            box.page.click(f"#rows li[data-robot={waits}] .row")
         box.await_text("#one .causes .note", "at ")
         box.await_text("#one .causes li", f"{waits} ")
 
@@ -102,10 +103,20 @@ def test_click_a_robot_that_waits_go_back_in_time_and_to_live_again(tmp_runtime:
         assert box.page.locator("#one .causes li:not(.note)").all_text_contents() == told
         box.await_text("#tape code", f"swarm why r5 '{tape}' --at {(tick - 1) / 20:.2f} --run 0")
 
-        box.page.click("#live")
+        box.page.keyboard.press("l")
         box.page.wait_for_selector("html:not(.past)[data-phase=paused]")
         box.await_text("#reading", "live")
         assert shown(box)["truth"]["tick"] > tick
         box.page.click("#pause")
         box.page.wait_for_selector("html[data-phase=running]")
+
+        box.page.click("#earlier", modifiers=["Shift"])
+        box.page.wait_for_selector("html.past")
+        bus.ask(ACTION, Action(do=Do.RESTART))
+        box.page.wait_for_selector("html:not(.past)")
+        box.page.wait_for_function("""() => document.getElementById("reading").textContent === "live" """)
+        assert shown(box)["truth"]["run"] == 1, "a new run leads back to live"
+        box.page.click("#earlier")
+        box.page.click("#live")
+        box.page.wait_for_selector("html:not(.past)")
         assert box.complaints == []
