@@ -87,7 +87,7 @@ function back(page) {
 /** Show the moment again, and ask again why: a robot was selected. */
 export function again(page) {
   asked.about = "";
-  if (state.past) seek(state.past.tick, page);
+  if (state.past) seek(wished, page);
 }
 
 // --- why ---
