@@ -22,6 +22,7 @@ const HINTS = {
   wall: "drag a wall from corner to corner",
   erase: "drag over walls, or click a target or a start",
   send: "click where it is to go",
+  past: "the past: click a robot; left and right go a tick, with shift a second",
 };
 const SAID = 6000; // ms that a sentence stays
 
@@ -121,7 +122,8 @@ function inputs() {
     $("scenario").value = name;
   }
   for (const field of document.querySelectorAll(".tools > button, .field > :is(input, select)")) field.disabled = Boolean(state.past);
-  const text = isDrafted() ? `drawn, not driven yet: press go. ${HINTS[state.tool]}` : HINTS[state.tool];
+  const hint = HINTS[state.past ? "past" : state.tool];
+  const text = isDrafted() ? `drawn, not driven yet: press go. ${hint}` : hint;
   if ($("hint").textContent !== text) $("hint").textContent = text;
   document.documentElement.classList.toggle("drafted", isDrafted());
 }

@@ -37,7 +37,7 @@ function head() {
   set($("phase"), state.past ? "past" : finished ? "all done, the run is over" : now === "over" ? "the run is over" : !state.connected ? "no connection" : !told || !told.link ? "starting" : isDone() ? "all done" : now);
   set($("fleet"), state.setup?.scenario ?? state.floor?.settings.name ?? "the box");
   document.title = `${state.setup?.scenario ?? "the box"} - ${$("phase").textContent}`;
-  set($("clock"), state.truth || told ? seconds(Math.max(state.truth?.time ?? 0, told?.time ?? 0)) : "");
+  set($("clock"), state.past ? `${state.truth.time.toFixed(2)} s` : state.truth || told ? seconds(Math.max(state.truth?.time ?? 0, told?.time ?? 0)) : "");
   set($("go"), isDrafted() && now === "running" ? "go again" : "go");
   set($("pause"), now === "paused" ? "resume" : "pause");
   $("go").disabled = state.past || !state.connected || now === "over" || (now === "running" && !isDrafted());

@@ -120,7 +120,7 @@ function subject() {
 
 /** Ask by itself why the selected robot waits: in the past for each tick, now if that has changed, and not often. */
 function attend(page) {
-  const waits = WAITS.has(body(state.selected)?.activity), about = subject();
+  const seen = body(state.selected), waits = WAITS.has(seen?.activity) || seen?.waits.length, about = subject();
   if (!state.selected || !state.hello?.tape || about === asked.about) return;
   if (state.past && wished !== state.past.tick) return; // it will not be shown for long
   if (!waits) {
