@@ -9,6 +9,7 @@ import msgspec
 
 from dashboard.box.asking import OF_A_ROBOT, REQUESTS
 from dashboard.box.frames import Overview, Why
+from dashboard.box.questions import Answer, Question
 from dashboard.fold.overlays import Joint, Learned
 from docs.markdown import rows
 from swarm import messages as wire
@@ -68,7 +69,7 @@ def scenario() -> str:
 
 def frames() -> str:
     """Return the sections on the box's own frames, field by field."""
-    _, shapes = msgspec.json.schema_components([Overview, Why, Joint, Learned])
+    _, shapes = msgspec.json.schema_components([Overview, Why, Joint, Learned, Question, Answer])
     own = {name: shape for name, shape in shapes.items() if "properties" in shape and not hasattr(wire, name)}
     return (
         "\n\n".join(

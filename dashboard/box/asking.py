@@ -5,15 +5,19 @@ The box commands a fleet only with these requests, so a script can do all that t
 
 import json
 from collections.abc import Callable
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 import msgspec
 
+from dashboard.box.past import Past
+from dashboard.box.questions import Question, What
 from dashboard.box.saving import scenario_file
 from swarm.bus import Bus
 from swarm.errors import ConfigError, PeerError, nearest
 from swarm.messages import ACTION, EDIT, MAP, ORDER, PLACES, POOL, REPLIES, ROBOT_ACTION, SETUP, STATUS, Id, Topic
 from swarm.messages.schema import index
+
+Asked = TypeVar("Asked", bound=msgspec.Struct)
 
 # path -> topic of the wire; a path below /robot/ has the robot's name behind it
 REQUESTS: Final[dict[str, Topic[Any]]] = {
@@ -33,11 +37,11 @@ LOOK: Final = 2.0  # s in which a world that lives tells what it keeps
 class Asking:
     """What browsers ask, handed to a fleet's wire; each call may take seconds, and several are made at once.
 
-    ``viewer`` starts Rerun's viewer and returns its address.
+    ``viewer`` starts Rerun's viewer and returns its address; ``past`` answers for the tape.
     """
 
-    def __init__(self, bus: Bus, viewer: Callable[[], str]) -> None:
-        self._bus, self._viewer = bus, viewer
+    def __init__(self, bus: Bus, viewer: Callable[[], str], past: Past) -> None:
+        self._bus, self._viewer, self._past = bus, viewer, past
 
     def ask(self, name: str, robot: str | None, body: bytes) -> bytes:
         """Carry out a request and return the answer as JSON.
@@ -47,19 +51,20 @@ class Asking:
             PeerError: the fleet has refused it, or does not answer.
         """
         topic = REQUESTS[name]
-        try:
-            asked = msgspec.convert(robot, Id) if topic.key in OF_A_ROBOT else ""
-        except msgspec.ValidationError:
-            raise ConfigError(f"/{name}: expected ?robot=NAME, such as ?robot=r1, got {robot!r:.100}") from None
-        try:
-            message = msgspec.json.decode(body, type=topic.message)
-        except (msgspec.DecodeError, RecursionError, UnicodeDecodeError) as fault:
-            raise ConfigError(
-                f"/{name}: expected {topic.message.__name__} as JSON, {fault}; "
-                f"`swarm schema {topic.message.__name__}` prints the type"
-            ) from None
-        _check_fields(name, topic.message, body)
+        asked = _named(name, robot) if topic.key in OF_A_ROBOT else ""
+        hint = f"`swarm schema {topic.message.__name__}` prints the type"
+        message = _decoded(name, topic.message, body, hint)
         return msgspec.json.encode(self._bus.ask(topic, message, ANSWER, robot=asked))
+
+    def of_the_past(self, name: What, robot: str | None, body: bytes) -> bytes:
+        """Return the answer of the run's tape to a question, as JSON.
+
+        Raises:
+            ConfigError: the body is no question.
+            PeerError: the tape does not say, or there is none.
+        """
+        about = None if robot is None else _named(name, robot)
+        return self._past.ask(name, about, _decoded(name, Question, body, "docs/box.md has its fields"))
 
     def status(self) -> bytes:
         """Return the world's status as JSON.
@@ -104,13 +109,30 @@ class Asking:
         return msgspec.json.encode({"address": self._viewer()})
 
 
-def _check_fields(name: str, kind: type[msgspec.Struct], body: bytes) -> None:
-    """Check that a request says nothing else than its type: on the wire newer fields pass, but who types here errs.
+def _named(path: str, robot: str | None) -> str:
+    """Return the robot that an address names.
 
     Raises:
-        ConfigError: a field is unknown.
+        ConfigError: it names none.
     """
+    try:
+        return msgspec.convert(robot, Id)
+    except msgspec.ValidationError:
+        raise ConfigError(f"/{path}: expected ?robot=NAME, such as ?robot=r1, got {robot!r:.100}") from None
+
+
+def _decoded(name: str, kind: type[Asked], body: bytes, hint: str) -> Asked:
+    """Return a request that says nothing else than its type: on the wire newer fields pass, but who types here errs.
+
+    Raises:
+        ConfigError: it is not of that type, or a field is unknown.
+    """
+    try:
+        message = msgspec.json.decode(body, type=kind)
+    except (msgspec.DecodeError, RecursionError, UnicodeDecodeError) as fault:
+        raise ConfigError(f"/{name}: expected {kind.__name__} as JSON, {fault}; {hint}") from None
     known, what = kind.__struct_fields__, kind.__name__
     for field in msgspec.json.decode(body, type=dict[str, Any]):
         if field not in {*known, "v"}:
             raise ConfigError(f"/{name}: expected the fields of {what}, got {field!r:.100}; {nearest(field, known)}")
+    return message

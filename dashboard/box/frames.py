@@ -1,6 +1,7 @@
 """What the box tells a browser beside the wire's own messages: progress in numbers and words, and one robot's rules."""
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Annotated, Final, NamedTuple
 
 import msgspec
@@ -9,9 +10,22 @@ from msgspec import Struct
 from dashboard.fold import naming, palette
 from dashboard.fold.progress import Progress
 from dashboard.fold.scene import Scene
-from dashboard.fold.state import QueuePlace
+from dashboard.fold.state import QueuePlace, RunState
 from swarm.errors import SwarmError
-from swarm.messages import Activity, Body, Liveness, Phase, PoolCounts, Truth
+from swarm.messages import (
+    CLOCK,
+    EVENTS,
+    MAP,
+    PLAN,
+    TRUTH,
+    Activity,
+    Body,
+    Events,
+    Liveness,
+    Phase,
+    PoolCounts,
+    Truth,
+)
 from swarm.messages.fields import says
 
 OVERVIEW: Final = "box/overview"
@@ -75,10 +89,10 @@ class Why(Struct, frozen=True, kw_only=True):
     right_v: Annotated[float, says("m/s")]
 
 
-def hello(fleet: str, scenarios: dict[str, str]) -> dict[str, object]:
-    """Return what a page must know once: the fleet's name, the scenarios by name, the robots' colours."""
+def hello(fleet: str, scenarios: dict[str, str], tape: Path | None) -> dict[str, object]:
+    """Return what a page must know once: the fleet's name, the scenarios by name, the robots' colours, the tape."""
     colours = [palette.hexadecimal(palette.robot(number)) for number in range(COLOURS)]
-    return {"fleet": fleet, "scenarios": scenarios, "colours": colours}
+    return {"fleet": fleet, "scenarios": scenarios, "colours": colours, "tape": tape and str(tape)}
 
 
 def framed(key: str, content: object) -> str:
@@ -86,6 +100,36 @@ def framed(key: str, content: object) -> str:
     if callable(content):
         content = content()
     return f'{{"key":"{key}","message":{msgspec.json.encode(content).decode()}}}'
+
+
+def of_the_wire(state: RunState) -> dict[str, object]:
+    """Return the frames with messages of the wire, as far as they have come."""
+    frames: dict[str, object] = {
+        MAP.key: state.floor,
+        CLOCK.key: state.clock,
+        TRUTH.key: state.truth,
+        PLAN.key: list(state.paths.values()),
+        EVENTS.key: Events(events=list(state.progress.events)),
+    }
+    return {key: content for key, content in frames.items() if content is not None}
+
+
+def of_the_run(state: RunState, selected: frozenset[str], *, link: bool) -> dict[str, object]:
+    """Return the frames on the run as a whole: its progress, and what the robots plan and learn together."""
+    home = state.scene is not None and state.scene.settings.return_home
+    frames: dict[str, object] = {OVERVIEW: Overviewing(state.progress, state.turns(), home, link)}
+    if state.truth is not None and state.scene is not None and state.overlays is not None:
+        joint = state.overlays.joint(state.truth) if selected and state.scene.settings.map.known else []
+        frames[LEARNED] = state.overlays.learned(state.truth)
+        frames[JOINT] = [plan for plan in joint if selected & plan.ways.keys()]
+    return frames
+
+
+def of_robots(state: RunState, selected: frozenset[str]) -> dict[str, object]:
+    """Return the frame with the rules of the selected robots, if there are any."""
+    if not selected or state.truth is None or state.scene is None:
+        return {}
+    return {RULES: rules(state.scene, state.truth, selected)}
 
 
 class Overviewing(NamedTuple):

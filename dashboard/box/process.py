@@ -6,11 +6,13 @@ It takes no part in the fleet: the fleet runs the same without it, with one brow
 import webbrowser
 from collections.abc import Callable
 from contextlib import closing
+from pathlib import Path
 from time import monotonic
 from typing import Final
 
 from dashboard.box import frames as telling
 from dashboard.box.asking import Asking
+from dashboard.box.past import Past
 from dashboard.box.server import Server
 from dashboard.box.viewer import RerunPage
 from dashboard.fold.overlays import DETAILED
@@ -38,8 +40,12 @@ KEYS: Final[dict[type, str]] = {  # of news -> of the frame that shows it
 }
 
 
-def run(endpoint: Endpoint, fleet: str, port: int, token: str, *, open_page: bool = False) -> int:
+def run(
+    endpoint: Endpoint, fleet: str, port: int, token: str, *, open_page: bool = False, tape: Path | None = None
+) -> int:
     """Serve the box until we are told to stop; ``open_page`` shows it in this machine's browser.
+
+    ``tape`` is the file of the run's tape.
 
     Raises:
         ConfigError: the port is in use, or there is no router.
@@ -48,9 +54,10 @@ def run(endpoint: Endpoint, fleet: str, port: int, token: str, *, open_page: boo
         told_to_stop() as stop,
         Bus(endpoint, fleet) as bus,
         closing(RerunPage(endpoint, fleet)) as viewer,
-        Server(port, token, Asking(bus, viewer.address)) as server,
+        closing(Past(tape)) as past,
+        Server(port, token, Asking(bus, viewer.address, past)) as server,
     ):
-        server.show({telling.HELLO: telling.hello(fleet, shipped())})
+        server.show({telling.HELLO: telling.hello(fleet, shipped(), tape)})
         if open_page:
             webbrowser.open(box_address(port, token))
         follow(bus, Page(bus, server), stop.is_set)
@@ -109,29 +116,14 @@ class Page:
         """Show what is new. The overview comes less often: each robot's progress changes about once a second."""
         self._frames += 1
         state = self.state
-        contents: dict[str, object] = {
-            MAP.key: state.floor,
-            CLOCK.key: state.clock,
-            TRUTH.key: state.truth,
-            PLAN.key: list(state.paths.values()),
-            EVENTS.key: Events(events=list(state.progress.events)),
-        }
-        frames = {key: contents[key] for key in contents if key in self._new and contents[key] is not None}
+        frames = {key: content for key, content in telling.of_the_wire(state).items() if key in self._new}
         self._new.clear()
         selected = self._server.selected
-        overview = self._frames % OVERVIEW_EVERY == 0 or last
-        if overview:
-            home = state.scene is not None and state.scene.settings.return_home
-            frames[telling.OVERVIEW] = telling.Overviewing(state.progress, state.turns(), home, self._link)
+        if self._frames % OVERVIEW_EVERY == 0 or last:
+            frames |= telling.of_the_run(state, selected, link=self._link)
             few = self._server.watched and len(state.progress.order) <= DETAILED
             self._listener.turn_to(state.wanted(state.progress.order if few else selected))
-        if state.truth is not None and state.scene is not None and state.overlays is not None:
-            if selected:
-                frames[telling.RULES] = telling.rules(state.scene, state.truth, selected)
-            if overview:
-                joint = state.overlays.joint(state.truth) if selected and state.scene.settings.map.known else []
-                frames[telling.LEARNED] = state.overlays.learned(state.truth)
-                frames[telling.JOINT] = [plan for plan in joint if selected & plan.ways.keys()]
+        frames |= telling.of_robots(state, selected)
         if frames:
             self._server.show(frames)
 

@@ -8,6 +8,7 @@ import asyncio
 import json
 from collections.abc import Awaitable, Callable, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
+from functools import partial
 from hmac import compare_digest
 from importlib.resources import files
 from threading import Thread
@@ -17,6 +18,7 @@ from aiohttp import WSCloseCode, WSMsgType, web
 
 from dashboard.box.asking import REQUESTS, Asking
 from dashboard.box.board import MOST_VIEWERS, Board, Viewer
+from dashboard.box.questions import QUESTIONS
 from dashboard.mode import LOOPBACK
 from swarm.errors import ConfigError, PeerError, SwarmError
 
@@ -142,7 +144,9 @@ class Server:
             application.router.add_get(path, self._telling(told, kind))
         application.router.add_post("/viewer", self._telling(self._wire.viewer, "application/json"))
         for name in REQUESTS:
-            application.router.add_post(f"/{name}", self._asking(name))
+            application.router.add_post(f"/{name}", self._asking(partial(self._wire.ask, name)))
+        for question in QUESTIONS:
+            application.router.add_post(f"/{question}", self._asking(partial(self._wire.of_the_past, question)))
         runner = web.AppRunner(application, access_log=None, shutdown_timeout=1.0, keepalive_timeout=IDLE)
         await runner.setup()
         watch = asyncio.create_task(self._drop_silent(runner))
@@ -202,7 +206,9 @@ class Server:
 
         return tell
 
-    def _asking(self, name: str) -> Handler:
+    def _asking(self, carry_out: Callable[[str | None, bytes], bytes]) -> Handler:
+        """Return the handler of a path whose robot and body are carried out."""
+
         async def ask(request: web.Request) -> web.Response:
             if self._asked >= MOST_ASKED:
                 return crowded()  # before its body takes room
@@ -210,7 +216,7 @@ class Server:
                 body, robot = await asyncio.wait_for(request.read(), SILENT), request.query.get("robot")
             except TimeoutError:
                 return refused(408, f"expected the whole request within {SILENT:g} s, got a part of it")
-            return await self._in_thread(lambda: self._wire.ask(name, robot, body))
+            return await self._in_thread(lambda: carry_out(robot, body))
 
         return ask
 

@@ -70,7 +70,7 @@ def run(options: Options) -> int:
         box = None
         if options.dashboard == BOX:
             port, secret = _free_port(), token_urlsafe(TOKEN)
-            box = {"port": port, "token": secret, "open_page": has_screen(os.environ)}
+            box = {"port": port, "token": secret, "open_page": has_screen(os.environ), "tape": entry.tape.absolute()}
             if asked == "auto" and box["open_page"] and lacks is not None:
                 say(f"{lacks}; the box shows the fleet")
         report_of_world = home / "report.json"

@@ -3,6 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 
+from swarm.errors import ConfigError
 from swarm.fuzzy import Controller
 from swarm.maps.occupancy import Point
 from swarm.robot.brain import Robot
@@ -64,6 +65,16 @@ class Instant(ABC):
     def next_of(self, robot: str) -> Next | None:
         """Return what is known of a robot's next answer; None: nothing."""
         return None
+
+    def check(self, robot: str) -> None:
+        """Check that there is such a robot.
+
+        Raises:
+            ConfigError: there is none.
+        """
+        if robot not in (names := self.world.robots):
+            text = f"expected one of {', '.join(names)}, got {robot!r}; this run has no other then"
+            raise ConfigError(f"robot: {text}")
 
     def why(self, robot: str) -> list[Cause]:
         """Return the chain of causes of what a robot does.

@@ -121,6 +121,11 @@ class RecentPast:
         """
         return f"{tick / self.rate:.2f} s"
 
+    def trail(self, name: str, ticks: int) -> list[Point]:
+        """Return where a robot was in the last ticks [m], the oldest first."""
+        stood = [self._stood.get(tick, {}) for tick in range(self.tick - ticks, self.tick + 1)]
+        return [poses[name][:2] for poses in stood if name in poses]
+
     def answers(self, name: str) -> bool:
         """Return True if an answer of a robot came in the last tick."""
         return self.came.get(name, -1) == self.tick

@@ -2,7 +2,7 @@
 
 import { movers, robots, sensors, waits } from "./bodies.js";
 import { fromGrid, lattice, picture, sparse } from "./floor.js";
-import { body, colour, row, state, targets } from "./state.js";
+import { body, colour, draft, row, state, targets } from "./state.js";
 import { label, path, quad, square } from "./strokes.js";
 import { theme } from "./theme.js";
 
@@ -185,7 +185,7 @@ function contacts(context, view) {
 }
 
 function starts(context, view) {
-  const drafted = state.draft.starts, told = drafted ?? Object.values(state.floor.starts);
+  const drafted = draft().starts, told = drafted ?? Object.values(state.floor.starts);
   const half = Math.max(4, state.floor.settings.robot.radius * view.scale * 1.15);
   context.lineWidth = 1.5;
   context.strokeStyle = context.fillStyle = theme.start;
@@ -207,7 +207,7 @@ function starts(context, view) {
 }
 
 function stops(context, view) {
-  const own = state.floor.settings.own_targets.length && !state.draft.targets;
+  const own = state.floor.settings.own_targets.length && !draft().targets;
   const robots = own ? (state.selected ? [state.selected] : state.clock?.robots ?? []) : [null];
   const size = Math.min(11, Math.max(7, 0.34 * view.scale));
   for (const robot of robots) {

@@ -4,6 +4,7 @@ import { draw } from "./draw.js";
 import { fromGrid, unpacked } from "./floor.js";
 import { ask, connect } from "./link.js";
 import * as panel from "./panel.js";
+import * as past from "./past.js";
 import { apply, go, save } from "./setup.js";
 import { about, isDrafted, phase, state, takeTruth, wanted } from "./state.js";
 import { readTheme } from "./theme.js";
@@ -21,12 +22,14 @@ const HINTS = {
   wall: "drag a wall from corner to corner",
   erase: "drag over walls, or click a target or a start",
   send: "click where it is to go",
+  past: "the past: click a robot; left and right go a tick, with shift a second",
 };
 const SAID = 6000; // ms that a sentence stays
 
 // --- frames ---
 
 let maps = 0; // that have come
+let drawing = ""; // the newest of them
 
 const TAKE = {
   "box/hello": (hello) => {
@@ -44,13 +47,17 @@ const TAKE = {
   "fleet/setup": (setup) => (state.setup = setup),
   "world/clock": (clock) => (state.clock = clock),
   "world/truth": takeTruth,
+  "box/trails": (trails) => (state.trails = new Map(Object.entries(trails))), // of a past moment
   "world/events": ({ events }) => {
     state.events = events;
     panel.writeEvents();
   },
   "robot/{robot}/plan": (plans) => (state.plans = new Map(plans.map(({ robot, points }) => [robot, points]))),
   "world/map": async (map) => {
-    const before = state.floor, mine = ++maps, floor = await unpacked(map);
+    const before = state.floor, told = JSON.stringify(map);
+    if (told === drawing) return; // a moment of the past has the floor that is drawn already
+    drawing = told;
+    const mine = ++maps, floor = await unpacked(map);
     if (mine !== maps) return; // a newer one has come meanwhile
     state.floor = floor;
     if (!before || before.rows !== state.floor.rows || before.columns !== state.floor.columns) whole();
@@ -60,14 +67,14 @@ const TAKE = {
 
 connect(
   (key, message) => {
-    TAKE[key]?.(message);
+    if (!past.holds(key, message, page)) page.take(key, message);
     redraw();
   },
   (up) => {
     state.connected = up;
     redraw();
   },
-  () => phase() !== "over",
+  () => state.now.phase !== "over",
 );
 
 // --- drawing ---
@@ -80,6 +87,7 @@ function redraw() {
   requestAnimationFrame(() => {
     due = false;
     draw(context, view);
+    past.refresh(page);
     panel.refresh(page);
     inputs();
   });
@@ -113,7 +121,9 @@ function inputs() {
     if (![...$("scenario").options].some((option) => option.value === name)) $("scenario").add(new Option(name, name));
     $("scenario").value = name;
   }
-  const text = isDrafted() ? `drawn, not driven yet: press go. ${HINTS[state.tool]}` : HINTS[state.tool];
+  for (const field of document.querySelectorAll(".tools > button, .field > :is(input, select)")) field.disabled = Boolean(state.past);
+  const hint = HINTS[state.past ? "past" : state.tool];
+  const text = isDrafted() ? `drawn, not driven yet: press go. ${hint}` : hint;
   if ($("hint").textContent !== text) $("hint").textContent = text;
   document.documentElement.classList.toggle("drafted", isDrafted());
 }
@@ -131,6 +141,11 @@ function say(text, wrong = false) {
 
 const page = {
   redraw,
+  say,
+  /** Take in a frame, of now or of the moment that is shown. */
+  take(key, message) {
+    TAKE[key]?.(message);
+  },
   /** Wait for a request, and say what came of it: the answer's text, or the sentence of a refusal. */
   async carry(request) {
     try {
@@ -143,10 +158,12 @@ const page = {
   },
   choose(robot) {
     panel.choose(robot);
+    past.again(page);
     if (!robot && state.tool === "send") page.use("look");
     redraw();
   },
-  use(tool) {
+  use(wished) {
+    const tool = state.past ? "look" : wished;
     state.tool = tool;
     for (const button of document.querySelectorAll("[data-tool]")) {
       button.setAttribute("aria-pressed", String(button.dataset.tool === tool));
@@ -155,16 +172,18 @@ const page = {
   },
 };
 
+/** Do what commands the fleet, but not while the past is shown. */
+const command = (what) => () => (state.past ? say("this is the past: go back to live first", true) : what());
 const act = (what) => ask("/action", { do: what }).then((answer) => answer.text);
 const press = {
-  go: () => page.carry(go()),
-  pause: () => page.carry(act(phase() === "paused" ? "resume" : "pause")),
-  restart: () => page.carry(act("restart")),
-  save: () => page.carry(save()),
+  go: command(() => page.carry(go())),
+  pause: command(() => page.carry(act(phase() === "paused" ? "resume" : "pause"))),
+  restart: command(() => page.carry(act("restart"))),
+  save: command(() => page.carry(save())),
   closer: () => view.zoom(1.3),
   farther: () => view.zoom(1 / 1.3),
   whole,
-  stop() {
+  stop: command(() => {
     const button = $("stop");
     if (button.dataset.sure) return page.carry(act("stop"));
     button.dataset.sure = "yes";
@@ -173,7 +192,7 @@ const press = {
       delete button.dataset.sure;
       button.textContent = "stop";
     }, 3000);
-  },
+  }),
 };
 for (const [id, what] of Object.entries(press)) {
   $(id).addEventListener("click", () => {
@@ -229,7 +248,8 @@ const PAN = { ArrowLeft: [60, 0], ArrowRight: [-60, 0], ArrowUp: [0, 60], ArrowD
 addEventListener("keydown", (event) => {
   if (event.ctrlKey || event.metaKey || event.altKey || ["INPUT", "SELECT"].includes(event.target.tagName)) return;
   const key = event.key;
-  if (PAN[key]) view.pan(...PAN[key]);
+  if (past.pressed(event, page)) null; // it has moved in time
+  else if (PAN[key]) view.pan(...PAN[key]);
   else if ("12345".includes(key)) page.use(TOOLS[key - 1]);
   else if (key === "Escape") page.choose(null);
   else if (key === "n" || key === "N") next(key === "n" ? 1 : -1);
@@ -265,5 +285,6 @@ matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
 new ResizeObserver(resize).observe(canvas.parentElement);
 readTheme();
 install(canvas, view, page);
+past.install(page);
 page.use("look");
 resize();

@@ -1,8 +1,9 @@
 // The words beside the arena: totals, a bar for each robot, the selected robot, events.
 
 import { ask, select } from "./link.js";
+import { moment, why } from "./past.js";
 import { about, body, colour, isDrafted, phase, row, state } from "./state.js";
-import { doing, nth, ruleInWords, said, seconds } from "./words.js";
+import { doing, nth, quoted, ruleInWords, said, seconds } from "./words.js";
 
 const $ = (id) => document.getElementById(id);
 const MANY = 12; // robots; of more, the bars stand in two columns
@@ -26,21 +27,22 @@ export function refresh(page) {
   head();
   rows(page);
   one(page);
+  tape(page);
 }
 
 function head() {
   const told = state.overview, now = phase();
   const finished = now === "over" && isDone();
-  document.documentElement.dataset.phase = finished ? "finished" : state.connected || now === "over" ? now : "away";
-  set($("phase"), finished ? "all done, the run is over" : now === "over" ? "the run is over" : !state.connected ? "no connection" : !told || !told.link ? "starting" : isDone() ? "all done" : now);
+  document.documentElement.dataset.phase = state.past ? "past" : finished ? "finished" : state.connected || now === "over" ? now : "away";
+  set($("phase"), state.past ? "past" : finished ? "all done, the run is over" : now === "over" ? "the run is over" : !state.connected ? "no connection" : !told || !told.link ? "starting" : isDone() ? "all done" : now);
   set($("fleet"), state.setup?.scenario ?? state.floor?.settings.name ?? "the box");
   document.title = `${state.setup?.scenario ?? "the box"} - ${$("phase").textContent}`;
-  set($("clock"), state.truth || told ? seconds(Math.max(state.truth?.time ?? 0, told?.time ?? 0)) : "");
+  set($("clock"), state.past ? `${state.truth.time.toFixed(2)} s` : state.truth || told ? seconds(Math.max(state.truth?.time ?? 0, told?.time ?? 0)) : "");
   set($("go"), isDrafted() && now === "running" ? "go again" : "go");
   set($("pause"), now === "paused" ? "resume" : "pause");
-  $("go").disabled = !state.connected || now === "over" || (now === "running" && !isDrafted());
-  $("pause").disabled = !state.connected || !["running", "paused"].includes(now);
-  $("restart").disabled = $("stop").disabled = !state.connected || now === "over";
+  $("go").disabled = state.past || !state.connected || now === "over" || (now === "running" && !isDrafted());
+  $("pause").disabled = state.past || !state.connected || !["running", "paused"].includes(now);
+  $("restart").disabled = $("stop").disabled = state.past || !state.connected || now === "over";
   totals(told);
 }
 
@@ -117,6 +119,7 @@ function fill(item, told, many) {
 export function choose(robot) {
   state.selected = robot;
   state.rules = {};
+  state.why = null;
   select(robot);
 }
 
@@ -138,6 +141,9 @@ function one(page) {
   const joint = seen?.members.length ? [`in a joint plan${leader(name)} with ${seen.members.filter((other) => other !== name).join(", ")}`] : [];
   set(part("waits"), [...whom, ...joint].join("; "));
   set(part("halt"), told.activity === "stopped" ? "go on" : "stop it");
+  for (const kind of ["send", "halt", "home"]) part(kind).disabled = Boolean(state.past);
+  part("ask").hidden = !state.hello?.tape;
+  causes(part("causes"));
   if (seen) measures(part("measures"), seen);
   rules(part("rules"), state.rules[name]);
 }
@@ -165,7 +171,39 @@ function frame(name, page) {
     act("home", "home", () => request("home")),
   );
   const lines = ["does", "order", "waits"].map((kind) => element("p", kind));
-  return [head, ...lines, buttons, element("div", "measures"), element("ul", "rules")];
+  buttons.append(act("ask", "why?", () => why(page)));
+  buttons.lastChild.title = "ask the run's tape why it does what it does";
+  return [head, ...lines, buttons, element("ul", "causes"), element("div", "measures"), element("ul", "rules")];
+}
+
+/** What the tape says of the robot: a cause a line, those behind it further in. */
+function causes(list) {
+  const told = state.why, text = told ? `${told.at}\n${told.text}\n${told.doubt}` : "";
+  if (list.dataset.told === text) return;
+  list.dataset.told = text;
+  const lines = (told?.text ?? "").split("\n").map((line) => {
+    const item = element("li", told?.wrong ? "wrong" : "", line.trim());
+    item.style.setProperty("--depth", (line.length - line.trimStart().length) / 2);
+    return item;
+  });
+  const notes = [told?.at !== undefined && `at ${told.at.toFixed(2)} s:`, told?.doubt].map((note) => note && element("li", "note", note));
+  list.replaceChildren(...(told ? [notes[0], ...lines, notes[1]].filter(Boolean) : []));
+}
+
+/** Where the tape of the run is, and what else reads it: each line can be copied. */
+function tape(page) {
+  const box = $("tape"), file = state.hello?.tape;
+  box.hidden = !file;
+  if (!file) return;
+  const lines = [file, `swarm replay ${quoted(file)}`, `swarm why ${state.selected ?? "ROBOT"} ${quoted(file)} ${moment()}`];
+  while (box.children.length <= lines.length) {
+    const line = element("p"), copy = element("button", "copy", "copy");
+    copy.onclick = () => page.carry(navigator.clipboard.writeText(line.firstChild.textContent).then(() => "copied"));
+    line.append(element("code"), copy);
+    box.append(line);
+  }
+  lines.forEach((text, at) => set(box.children[at + 1].firstChild, text));
+  set(box.querySelector("summary code"), file.split("/").at(-1));
 }
 
 function measures(box, seen) {

@@ -1,7 +1,7 @@
 // All that the page knows: what came over the wire, what is drawn and not yet asked for, and what the user looks at.
 
 export const state = {
-  hello: null, // the fleet's name, the scenarios, the robots' colours
+  hello: null, // the fleet's name, the scenarios, the robots' colours, the file of the tape
   setup: null, // what the fleet drives, as `fleet/setup`
   floor: null, // the map, unpacked; see floor.js
   clock: null,
@@ -13,6 +13,9 @@ export const state = {
   rules: {},
   joint: [], // the joint plans of the robots that are selected, here or in other browsers
   learned: null, // the floor as the robots have learned it; null: they were given it
+  now: { run: -1, tick: 0, phase: null }, // of the run as it goes on, also while the past is shown
+  past: null, // the moment that is shown in place of now: { run, tick, doubt }
+  why: null, // what the tape says of the selected robot: { robot, at, text, doubt, wrong }
   connected: false,
   selected: null,
   tool: "look",
@@ -24,13 +27,18 @@ export const state = {
 
 const TRAIL = 160; // positions, at 10 Hz
 
+/** What is drawn and not yet asked for; there is no such thing in the past. */
+export function draft() {
+  return state.past ? {} : state.draft;
+}
+
 /** What will be driven: the set-up with the draft over it. */
 export function wanted(part) {
-  return state.draft[part] ?? state.setup?.[part] ?? null;
+  return draft()[part] ?? state.setup?.[part] ?? null;
 }
 
 export function isDrafted() {
-  return Object.keys(state.draft).length > 0;
+  return Object.keys(draft()).length > 0;
 }
 
 export function phase() {
@@ -58,7 +66,7 @@ export function body(robot) {
 /** The targets [m] of a robot as the scenario has them: its own, or those that all visit. */
 export function targets(robot) {
   const own = state.floor?.settings.own_targets ?? [];
-  return state.draft.targets ?? own[number(robot)] ?? wanted("targets") ?? [];
+  return draft().targets ?? own[number(robot)] ?? wanted("targets") ?? [];
 }
 
 /** Take in the true poses: the trails grow, and start again with a new run. */
@@ -72,6 +80,11 @@ export function takeTruth(truth) {
     if (trail.length > TRAIL) trail.shift();
     state.trails.set(robot, trail);
   }
+}
+
+/** The ticks in a second of the run. */
+export function rate() {
+  return state.floor?.settings.rate ?? 20;
 }
 
 /** What a sentence on a robot needs beside its row. */

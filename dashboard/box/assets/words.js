@@ -68,3 +68,8 @@ export function nth(number) {
 export function count(value, word) {
   return `${value} ${word}${value === 1 ? "" : "s"}`;
 }
+
+/** Return a text as one word of a shell. */
+export function quoted(text) {
+  return /^[\w@%+=:,./-]+$/.test(text) ? text : `'${text.replaceAll("'", `'"'"'`)}'`;
+}

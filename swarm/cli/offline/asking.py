@@ -111,10 +111,8 @@ def _moment(options: argparse.Namespace) -> "Instant":
         raise ConfigError(f"--seed: expected 0 to 2**53, got {options.seed}")
     parts = {"run": options.run, "robots": options.robots, "seed": options.seed}
     moment = moment_of(options.file or _running(options), options.at, **parts, each=ProgressLine())
-    names = moment.world.robots
-    if options.robot is not None and options.robot not in names:
-        text = f"expected one of {', '.join(names)}, got {options.robot!r}; this run has no other then"
-        raise ConfigError(f"robot: {text}")
+    if options.robot is not None:
+        moment.check(options.robot)
     return moment
 
 

@@ -13,6 +13,7 @@ import aiohttp
 import pytest
 
 from dashboard.box.asking import REQUESTS, Asking
+from dashboard.box.past import Past
 from dashboard.box.server import LONGEST, Server
 from swarm.bus import Bus, Endpoint, Request
 from swarm.errors import ConfigError, PeerError
@@ -66,7 +67,7 @@ def fleet(make_bus: MakeBus) -> Iterator[Fleet]:
 @pytest.fixture
 def port(make_bus: MakeBus, fleet: Fleet) -> Iterator[int]:
     free = Endpoint("127.0.0.1", 0).claim().port
-    with Server(free, TOKEN, Asking(make_bus(), no_viewer)) as server:
+    with Server(free, TOKEN, Asking(make_bus(), no_viewer, Past(None))) as server:
         server.show({"test/frame": 1})
         yield free
 
@@ -115,6 +116,13 @@ TABLE: Final = {  # what comes: method, path, body, headers -> status, a part of
     "no world":         ("GET", "/status", b"", BEARER, 409, "expected a world in that fleet, found none"),
     "no viewer":        ("POST", "/viewer", b"", BEARER, 409, "the dashboard needs Rerun"),
     "the viewer, no token": ("POST", "/viewer", b"", {}, 403, "expected the token of this box"),
+    "no tape":          ("POST", "/past", b'{"at":1}', BEARER, 409, "expected the tape of this run on this machine, found none"),
+    "why, no tape":     ("POST", "/why?robot=r1", b"{}", BEARER, 409, "expected the tape of this run on this machine"),
+    "the past, no token": ("POST", "/past", b"{}", {}, 403, "expected the token of this box"),
+    "the past by GET":  ("GET", "/past", b"", BEARER, 405, "see /topics"),
+    "no time":          ("POST", "/past", b'{"at":-1}', BEARER, 400, "expected Question as JSON"),
+    "no question":      ("POST", "/past", b'{"at":1,"file":"/etc/passwd"}', BEARER, 400, "got 'file'"),
+    "why all robots":   ("POST", "/why?robot=*", b"{}", BEARER, 400, "expected ?robot=NAME"),
     "no launcher":      ("GET", "/scenario", b"", BEARER, 409, "expected a world and a launcher, found none"),
 }
 # fmt: on
@@ -237,6 +245,6 @@ def test_a_page_that_says_garbage_is_sent_away(saying: str, port: int) -> None:
 def test_a_port_in_use_is_a_sentence(port: int, make_bus: MakeBus) -> None:
     with (
         pytest.raises(ConfigError, match=rf"box: port {port}: expected a free port"),
-        Server(port, TOKEN, Asking(make_bus(), no_viewer)),
+        Server(port, TOKEN, Asking(make_bus(), no_viewer, Past(None))),
     ):
         pass

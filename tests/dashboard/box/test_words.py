@@ -3,6 +3,7 @@
 import json
 import subprocess
 from pathlib import Path
+from shlex import quote
 from shutil import which
 from typing import Any, Final
 
@@ -17,9 +18,9 @@ ROW: Final[dict[str, Any]] = {
     "left": 3.21, "waits": 0.0, "unreachable": [], "assignment": 0, "turn": 0, "queue": 0,
 }  # fmt: skip
 SAYS: Final = """
-import { doing, nth } from "./words.mjs";
-const [rows, about, numbers] = JSON.parse(process.argv[2]);
-console.log(JSON.stringify([rows.map((row) => doing(row, about)), numbers.map(nth)]));
+import { doing, nth, quoted } from "./words.mjs";
+const [rows, about, numbers, files] = JSON.parse(process.argv[2]);
+console.log(JSON.stringify([rows.map((row) => doing(row, about)), numbers.map(nth), files.map(quoted)]));
 """
 # fmt: off
 SENTENCES: Final[dict[str, dict[str, Any]]] = {
@@ -33,14 +34,15 @@ SENTENCES: Final[dict[str, dict[str, Any]]] = {
 }
 NUMBERS: Final = {1: "1st", 2: "2nd", 3: "3rd", 4: "4th", 11: "11th", 12: "12th", 13: "13th", 21: "21st", 102: "102nd", 112: "112th"}
 # fmt: on
+FILES: Final = ["/run/user/0/anna-paper.swarm", "/home/anna/my runs/it's.swarm", "/tmp/$(x).swarm", ""]
 
 
 @pytest.mark.skipif(NODE is None, reason="no Node on this machine: apt-get install nodejs")
-def test_a_row_becomes_a_sentence_with_the_robots_turn(tmp_path: Path) -> None:
+def test_a_row_becomes_a_sentence_and_a_path_a_word_of_a_shell(tmp_path: Path) -> None:
     (tmp_path / "words.mjs").write_bytes(assets()["words.js"][0])
     (tmp_path / "says.mjs").write_text(SAYS)
-    asked = [[ROW | changed for changed in SENTENCES.values()], ABOUT, list(NUMBERS)]
+    asked = [[ROW | changed for changed in SENTENCES.values()], ABOUT, list(NUMBERS), FILES]
     told = subprocess.run(
         [str(NODE), str(tmp_path / "says.mjs"), json.dumps(asked)], capture_output=True, text=True, check=True
     )
-    assert json.loads(told.stdout) == [list(SENTENCES), list(NUMBERS.values())]
+    assert json.loads(told.stdout) == [list(SENTENCES), list(NUMBERS.values()), list(map(quote, FILES))]

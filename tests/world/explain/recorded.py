@@ -47,6 +47,11 @@ class Recorded:
         """Tell a robot to stop."""
         ask(self._run, ACTION, RobotAction(do=RobotDo.STOP), robot=name)
 
+    def restart(self) -> None:
+        """Begin a new run with the same processes."""
+        self._run.restart()
+        self._maker.world, self._broadcasts, self._under_way = self._run.world, {}, []
+
     def run(
         self,
         ticks: int,
