@@ -8,7 +8,7 @@ from pathlib import Path
 from dashboard.mode import choose
 from dashboard.viewers import end_with_us
 from swarm.errors import SwarmError
-from swarm.installed import without_rerun
+from swarm.installed import without
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -32,7 +32,7 @@ def main(arguments: list[str] | None = None) -> int:
         end_with_us()
         if os.getppid() != given.ends_with:  # it has ended meanwhile
             return 0
-    if lacking := without_rerun():
+    if lacking := without("rerun"):
         print(lacking, file=sys.stderr)
         return 2
     from dashboard import process

@@ -1,5 +1,6 @@
 """Rerun's recording of a run afterwards, from its tape: its messages go into the show that a dashboard draws."""
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Final
 
@@ -8,7 +9,6 @@ from dashboard.rerun import Recordings
 from dashboard.show import Show
 from swarm.messages import TRUTH, Broadcast, Message, Phase, Truth
 from world.replay.replay import Replay
-from world.replay.values import ReplayedTick
 from world.replay.wire import Wire
 
 DRAW_EVERY: Final = 0.5  # s of the run, as a dashboard draws in real time
@@ -20,21 +20,21 @@ class TapedShow:
     ``rules`` is the robot whose fired rules are shown, by default the first.
     """
 
-    def __init__(self, replay: Replay, record: Path, rules: str | None = None) -> None:
+    def __init__(self, replay: Replay, wire: Wire, record: Path, rules: str | None = None) -> None:
         rate = replay.world.settings.rate
-        self._replay, self._wire = replay, Wire(replay)
+        self._replay, self._wire = replay, wire
         self._recorder = Recordings(serve=None, record=record)
         self._show = Show(self._recorder, replay.file.path.stem, selected=rules)
         self._draw_every, self._truth_every = max(1, round(DRAW_EVERY * rate)), max(1, round(rate / TRUTH.rate))
         self._hears: frozenset[str] = frozenset()
 
-    def take(self, tick: ReplayedTick) -> None:
-        """Take in a tick that was replayed just now.
+    def take(self, messages: Iterable[Message]) -> None:
+        """Take in what was sent in a tick that was replayed just now.
 
         Raises:
             ConfigError: the file cannot be written.
         """
-        for message in self._wire.take(tick):
+        for message in messages:
             if self._is_heard(message):
                 self._show.take(message)
         if self._replay.world.tick % self._draw_every == 0:
@@ -42,9 +42,9 @@ class TapedShow:
             self._show.draw()
             self._hears = self._show.hears
 
-    def close(self) -> list[Path]:
+    def close(self, messages: Iterable[Message]) -> list[Path]:
         """Draw the end of the run, finish the files, and return them; there is none if there was no tick."""
-        for message in self._wire.end(Phase.OVER):
+        for message in messages:
             self._show.take(message)
         self._show.draw()
         return self._recorder.close()

@@ -26,7 +26,10 @@ LIBRARIES: Final[Mapping[str, str]] = MappingProxyType(
         "shtab": "shtab",
     }
 )
-EXTRAS: Final[Mapping[str, Mapping[str, str]]] = MappingProxyType({"rerun": {"rerun-sdk": "rerun"}})
+EXTRAS: Final[Mapping[str, Mapping[str, str]]] = MappingProxyType(
+    {"rerun": {"rerun-sdk": "rerun"}, "mcap": {"mcap": "mcap"}}
+)
+NAMES: Final = {"rerun": "Rerun"}  # of extras, for people
 TOPS: Final = ("world", "dashboard")  # installed beside `swarm`, under names that others have too
 HOME: Final = Path(__file__).parents[1]
 
@@ -50,7 +53,7 @@ def check() -> None:
             raise ConfigError(f"{library}: expected it with zenoh-swarm, found none; run `pip install {library}`")
 
 
-def without_rerun() -> str | None:
-    """Return a sentence that says how to install Rerun, or None if it is installed."""
-    missing = any(find_spec(name) is None for name in EXTRAS["rerun"].values())
-    return "Rerun is not installed: pip install 'zenoh-swarm[rerun]'" if missing else None
+def without(extra: str) -> str | None:
+    """Return a sentence that says how to install an extra, or None if it is installed."""
+    missing = any(find_spec(name) is None for name in EXTRAS[extra].values())
+    return f"{NAMES.get(extra, extra)} is not installed: pip install 'zenoh-swarm[{extra}]'" if missing else None

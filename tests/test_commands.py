@@ -72,6 +72,7 @@ PARSED: Final = {  # command: why it is not run
     "ROBOTS=4 docker compose up --build --scale robot=4 --exit-code-from world":
                    "needs a container engine; tests/test_compose.py runs what is in the containers",
     "swarm replay run.swarm --rrd run.rrd": "reads the tape of another command; tests/dashboard/test_taped.py runs it",
+    "swarm replay run.swarm --mcap run.mcap": "the same; tests/dashboard/test_mcap.py runs it",
     **{f"swarm replay run.swarm{more}": "the same; tests/world/replay/test_processes.py runs it" for more in ("", " --laws")},
     "swarm why r5 run.swarm --at 7.5 --prove": "the same; tests/world/explain asks tapes, and a transcript is run",
     "swarm why r3": "asks a fleet that runs; tests/world/explain/test_processes.py does",

@@ -116,6 +116,12 @@ def test_what_needs_rerun_names_the_extra(tmp_path: Path, arguments: list[str], 
     assert (done.returncode, done.stderr) == (2, f"swarm: {said}\n")
 
 
+def test_what_needs_mcap_names_the_extra(tmp_path: Path) -> None:
+    done = swarm(tmp_path, "replay", "run.swarm", "--mcap", "run.mcap", code="sys.modules['mcap'] = None")
+    said = "mcap is not installed: pip install 'zenoh-swarm[mcap]'"
+    assert (done.returncode, done.stderr) == (2, f"swarm: --mcap run.mcap: {said}\n")
+
+
 def test_the_first_start_says_once_that_it_compiles(tmp_path: Path) -> None:
     code = "from swarm import compiled; compiled.announce()"
     for expected in ("compiling the kernels of planning, steering and traffic", ""):

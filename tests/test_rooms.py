@@ -82,6 +82,7 @@ LIBRARIES: Final = {
     "zenoh": "swarm/bus",
     "pymunk": "world/bodies/physics.py",
     "rerun": "dashboard/rerun",
+    "mcap": "dashboard/mcap_file.py",
     "aiohttp": "dashboard/box/server.py",
     "cryptography": "swarm/secure",
 }

@@ -8,7 +8,7 @@ from typing import Final
 
 from swarm.bus import Endpoint
 from swarm.errors import PeerError
-from swarm.installed import without_rerun
+from swarm.installed import without
 from swarm.secure.names import WATCHER
 
 ENDS: Final = 3.0  # s, wall time for a dashboard that was told to stop
@@ -41,7 +41,7 @@ class RerunPage:
         Raises:
             PeerError: it is not installed, or it did not start.
         """
-        if (lacks := without_rerun()) is not None:
+        if (lacks := without("rerun")) is not None:
             raise PeerError(f"viewer: {lacks}")
         with self._lock:
             if self._process is None or self._process.poll() is not None:

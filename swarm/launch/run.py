@@ -16,7 +16,7 @@ from dashboard.mode import BOX, answers, box_address, choose, has_screen, page_a
 from dashboard.terminal import FOLLOWED, Terminal, tell
 from swarm.bus import Bus, Endpoint, Request
 from swarm.errors import ConfigError, SwarmError
-from swarm.installed import without_rerun
+from swarm.installed import without
 from swarm.launch.options import Options, check_output, ready
 from swarm.launch.output import Output
 from swarm.launch.processes import Processes
@@ -47,7 +47,7 @@ def run(options: Options) -> int:
         if path is not None:
             check_output(flag, path)
     mode = choose(options.dashboard, os.environ, record=options.record is not None)
-    lacks = without_rerun()
+    lacks = without("rerun")
     if mode is not None and lacks is not None:
         flag = f"--dashboard {options.dashboard}" if mode != "off-screen" else f"--record {options.record}"
         raise ConfigError(f"{flag}: {lacks}, or run without it")

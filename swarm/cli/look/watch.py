@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 from swarm.cli.finding import of_a_client, place
 from swarm.cli.parsing import Commands, Parser
 from swarm.errors import ConfigError
-from swarm.installed import without_rerun
+from swarm.installed import without
 from swarm.secure.names import WATCHER
 
 if TYPE_CHECKING:
@@ -91,7 +91,7 @@ def rerun(options: argparse.Namespace, endpoint: "Endpoint", fleet: str) -> Iter
     if mode is None:
         yield
         return
-    if (lacks := without_rerun()) is not None:
+    if (lacks := without("rerun")) is not None:
         raise ConfigError(f"--dashboard {options.dashboard}: {lacks}")
     keys = [] if options.secure is None else ["--secure", str(options.secure)]
     command = [sys.executable, "-m", "dashboard", "--connect", str(endpoint), "--fleet", fleet, FLAGS[mode], *keys]

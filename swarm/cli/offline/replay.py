@@ -1,4 +1,4 @@
-"""`swarm replay`: run a tape again, compare every answer with what was said then, and draw the run for Rerun."""
+"""`swarm replay`: run a tape again, compare every answer with what was said then, and write recordings of the run."""
 
 import argparse
 import sys
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 from swarm.cli.parsing import Commands, Parser
 from swarm.errors import ConfigError
-from swarm.installed import without_rerun
+from swarm.installed import without
 from swarm.settings import TAPE
 
 if TYPE_CHECKING:
@@ -40,17 +40,15 @@ def replay(options: argparse.Namespace) -> int:
     _check(options)
     one = opened(options.file)
     takers: list[Callable[[ReplayedTick], None]] = []
-    watch = show = None
+    watch = None
     if options.laws:
         from world.replay.judge import Watch
 
         watch = Watch()
         takers.append(partial(watch.take, one))
-    if options.rrd is not None:
-        from dashboard.taped import TapedShow
-
-        show = TapedShow(one, options.rrd, options.rules)
-        takers.append(show.take)
+    files = _Files(one, options) if options.rrd is not None or options.mcap is not None else None
+    if files is not None:
+        takers.append(files.take)
     for line in replayed(one, *takers):
         print(line)
     broken = watch.judged() if watch is not None else []
@@ -58,26 +56,65 @@ def replay(options: argparse.Namespace) -> int:
         print(f"law broken: {law.law}: tick {law.tick}, {', '.join(law.robots)}: {law.text}")
     if watch is not None and not broken:
         print(f"{watch.laws} laws kept")
-    if show is not None:
-        files = [f"recorded: {file}  (open it with: rerun {file})" for file in show.close()]
-        print("\n".join(files or [f"not recorded: {options.file} has no whole tick"]))
+    if files is not None:
+        print("\n".join(files.close() or [f"not recorded: {options.file} has no whole tick"]))
     return 1 if one.difference is not None or broken else 0
 
 
-def _check(options: argparse.Namespace) -> None:
-    """Check that Rerun's recording can be written, if it is asked for."""
-    if options.rrd is None:
-        if options.rules is not None:
-            raise ConfigError("--rules: expected --rrd OUT.rrd too, where they are drawn; give both or none")
-        return
-    from swarm.launch.options import check_output
+class _Files:
+    """The recordings of a run that are made of its tape."""
 
-    if lacking := without_rerun():
-        raise ConfigError(f"--rrd {options.rrd}: {lacking}")
-    check_output("--rrd", options.rrd)
-    both = options.rrd.exists() and options.file.exists()
-    if options.rrd.suffix == TAPE or (both and options.rrd.samefile(options.file)):
-        raise ConfigError(f"--rrd {options.rrd}: expected another file than a tape; name one that ends in .rrd")
+    def __init__(self, replay: "Replay", options: argparse.Namespace) -> None:
+        from world.replay.wire import Wire
+
+        self._replay, self._wire = replay, Wire(replay)
+        self._show = self._mcap = None
+        if options.rrd is not None:
+            from dashboard.taped import TapedShow
+
+            self._show = TapedShow(replay, self._wire, options.rrd, options.rules)
+        if options.mcap is not None:
+            from dashboard.mcap_file import McapFile
+
+            self._mcap = McapFile(options.mcap)
+
+    def take(self, tick: "ReplayedTick") -> None:
+        """Take in a tick that was replayed just now."""
+        messages, world = list(self._wire.take(tick)), self._replay.world
+        if self._show is not None:
+            self._show.take(messages)
+        if self._mcap is not None:
+            self._mcap.take(world.run, (world.tick - 1) * world.dt, messages)
+
+    def close(self) -> list[str]:
+        """Finish the files, and return a line for each; there is none if there was no tick."""
+        from swarm.messages import Phase
+
+        messages, world = list(self._wire.end(Phase.OVER)), self._replay.world
+        told: list[str] = []
+        if self._show is not None:
+            told += [f"recorded: {file}  (open it with: rerun {file})" for file in self._show.close(messages)]
+        if self._mcap is not None and world.tick:
+            self._mcap.take(world.run, world.time, messages)
+            told += [f"recorded: {file}" for file in self._mcap.close()]
+        return told
+
+
+def _check(options: argparse.Namespace) -> None:
+    """Check that the recordings that are asked for can be written."""
+    if options.rrd is None and options.rules is not None:
+        raise ConfigError("--rules: expected --rrd OUT.rrd too, where they are drawn; give both or none")
+    for flag, file, extra in (("--rrd", options.rrd, "rerun"), ("--mcap", options.mcap, "mcap")):
+        if file is None:
+            continue
+        from swarm.launch.options import check_output
+
+        if lacking := without(extra):
+            raise ConfigError(f"{flag} {file}: {lacking}")
+        check_output(flag, file)
+        both = file.exists() and options.file.exists()
+        if file.suffix == TAPE or (both and file.samefile(options.file)):
+            raise ConfigError(f"{flag} {file}: expected another file than a tape; name one that ends in .{flag[2:]}")
 
 
 def opened(path: Path) -> "Replay":
@@ -126,5 +163,7 @@ def add(commands: "Commands[Parser]") -> None:
     one.add_argument("--laws", action="store_true", help="judge the run by the safety laws of `swarm storm`")
     text = "write what a dashboard would have drawn of the run, for Rerun; a run after a restart is in OUT-run2.rrd"
     one.add_argument("--rrd", type=Path, metavar="OUT.rrd", help=text)
+    text = "write the run's messages as JSON with their schemas, for Foxglove and other readers of MCAP"
+    one.add_argument("--mcap", type=Path, metavar="OUT.mcap", help=text)
     one.add_argument("--rules", metavar="ROBOT", help="robot whose fired rules are drawn; by default the first")
     one.set_defaults(command=replay)

@@ -8,7 +8,7 @@ from pathlib import Path
 from shutil import rmtree
 from typing import Final
 
-from swarm.installed import without_rerun
+from swarm.installed import without
 from swarm.launch.drill.floor import AT_DOOR, DOOR
 from swarm.launch.drill.live import LiveFleet
 
@@ -157,4 +157,4 @@ def lacks_faketime() -> str:
 
 def lacks_rerun() -> str:
     """Return what is missing for a dashboard, "" for nothing."""
-    return without_rerun() or ""
+    return without("rerun") or ""
