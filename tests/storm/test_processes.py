@@ -78,6 +78,7 @@ def test_a_plan_file_with_such_faults_is_refused(tmp_path: Path, capsys: Capture
 
 
 @pytest.mark.processes
+@pytest.mark.costs("two runs of processes and their tapes")
 def test_the_first_answer_that_differs_is_named(tmp_runtime: Path) -> None:
     """The history is that of other noise."""
     history = record(HARSH)

@@ -17,6 +17,7 @@ pytestmark = pytest.mark.processes
 
 
 @seen
+@pytest.mark.costs("a browser with Rerun's viewer")
 def test_rerun_is_in_a_tab_that_starts_it_and_ends_with_the_fleet(small: Path, tmp_runtime: Path) -> None:
     flags = ("--dashboard", "box", "--wait", "--serve")
     with Fleet(small, *flags, runtime=tmp_runtime) as fleet, fleet.bus() as bus, browser() as running:
