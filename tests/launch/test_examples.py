@@ -155,7 +155,17 @@ def test_drive_takes_a_robots_place_and_goes_where_the_keys_say(
     wire = ("--connect", str(endpoint), "--fleet", "driven")
     with (
         Command(
-            "world", str(small), "--robots", "3", "--pace", "2", "--report", str(report), *wire, runtime=tmp_runtime
+            "world",
+            str(small),
+            "--robots",
+            "3",
+            "--pace",
+            "2",
+            "--report",
+            str(report),
+            *wire,
+            runtime=tmp_runtime,
+            breaks=("no hold without a claim", "no body outside"),  # who is driven by keys holds nothing
         ) as world,
         Bus(endpoint, "driven") as bus,
     ):
