@@ -30,6 +30,9 @@ def test_an_example_imports_nothing_of_this_project_and_is_named_on_the_page(fil
     assert f"(../examples/{file.name})" in (ROOT / "docs" / "integration.md").read_text(encoding="utf-8")
 
 
+HOLDS_NOTHING = ("no hold without a claim", "no body outside")  # laws that a robot breaks which is driven by keys
+
+
 @contextmanager
 def started_at(endpoint: Endpoint, fleet: str, name: str, *arguments: str) -> Iterator[subprocess.Popen[str]]:
     """Start an example at a fleet; end it if it is still there."""
@@ -165,7 +168,7 @@ def test_drive_takes_a_robots_place_and_goes_where_the_keys_say(
             str(report),
             *wire,
             runtime=tmp_runtime,
-            breaks=("no hold without a claim", "no body outside"),  # who is driven by keys holds nothing
+            breaks=HOLDS_NOTHING,
         ) as world,
         Bus(endpoint, "driven") as bus,
     ):
@@ -176,7 +179,7 @@ def test_drive_takes_a_robots_place_and_goes_where_the_keys_say(
         with started_at(endpoint, "driven", "drive.py", "r3") as driver:
             assert driver.stdin is not None
             read_to(driver, "you drive r3")
-            with Command("robot", "--count", "2", *wire, runtime=tmp_runtime):
+            with Command("robot", "--count", "2", *wire, runtime=tmp_runtime, breaks=HOLDS_NOTHING):
                 start = await_sense(bus, lambda sense: sense.tick > 0)
                 bus.ask(ROBOT_ACTION, RobotAction(do=RobotDo.STOP), robot="r1")  # the run is not over before it goes on
                 for keys in ("w", "\x1b[A"):
