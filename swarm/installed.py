@@ -27,9 +27,13 @@ LIBRARIES: Final[Mapping[str, str]] = MappingProxyType(
     }
 )
 EXTRAS: Final[Mapping[str, Mapping[str, str]]] = MappingProxyType(
-    {"rerun": {"rerun-sdk": "rerun"}, "mcap": {"mcap": "mcap"}}
+    {
+        "rerun": {"rerun-sdk": "rerun"},
+        "mcap": {"mcap": "mcap"},
+        "ros2": {"rosbags": "rosbags", "xxhash": "xxhash"},
+    }
 )
-NAMES: Final = {"rerun": "Rerun"}  # of extras, for people
+NAMES: Final = {"rerun": "Rerun", "ros2": "the bridge to ROS 2"}  # of extras, for people
 TOPS: Final = ("world", "dashboard")  # installed beside `swarm`, under names that others have too
 HOME: Final = Path(__file__).parents[1]
 

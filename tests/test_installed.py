@@ -122,6 +122,13 @@ def test_what_needs_mcap_names_the_extra(tmp_path: Path) -> None:
     assert (done.returncode, done.stderr) == (2, f"swarm: --mcap run.mcap: {said}\n")
 
 
+@pytest.mark.parametrize("library", EXTRAS["ros2"].values())
+def test_what_needs_ros2_names_the_extra(tmp_path: Path, library: str) -> None:
+    done = swarm(tmp_path, "bridge", "ros2", code=f"sys.modules['{library}'] = None")
+    said = "the bridge to ROS 2 is not installed: pip install 'zenoh-swarm[ros2]'"
+    assert (done.returncode, done.stderr) == (2, f"swarm: bridge ros2: {said}\n")
+
+
 def test_the_first_start_says_once_that_it_compiles(tmp_path: Path) -> None:
     code = "from swarm import compiled; compiled.announce()"
     for expected in ("compiling the kernels of planning, steering and traffic", ""):

@@ -40,6 +40,7 @@ ORDER: Final = (
     "swarm.robot",
     "world",
     "dashboard",
+    "swarm.bridge",
     "swarm.launch",
     "swarm.launch.drill",
     "swarm.cli",
@@ -67,6 +68,7 @@ SUBROOMS: Final = {
     "world.storm.laws": "history",
     "swarm.robot.driving": "",
     "swarm.robot.host": "",
+    "swarm.bridge.ros2": "",
     "swarm.cli.start": "",
     "swarm.cli.steer": "look",
     "swarm.cli.look": "",
@@ -85,6 +87,8 @@ LIBRARIES: Final = {
     "mcap": "dashboard/mcap_file.py",
     "aiohttp": "dashboard/box/server.py",
     "cryptography": "swarm/secure",
+    "rosbags": "swarm/bridge/ros2/types.py",
+    "xxhash": "swarm/bridge/ros2/wire.py",
 }
 # attributes with an underscore that tests may read
 PRIVATE: Final = {

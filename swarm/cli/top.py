@@ -9,18 +9,19 @@ from swarm.cli.look import echo, hz, logs, ls, status, topics, watch
 from swarm.cli.offline import analyze, asking, drill, replay, storm, tools
 from swarm.cli.parsing import Commands, Parser, Version, joined
 from swarm.cli.start import fleet, keys
-from swarm.cli.steer import control, orders
+from swarm.cli.steer import bridge, control, orders
 from swarm.errors import ConfigError, similar
 
 ROOMS: Final = (
-    fleet, keys, control, orders, status, ls, logs, topics, echo, hz, watch, replay, asking, analyze, drill, storm,
-    tools,
+    fleet, keys, control, orders, bridge, status, ls, logs, topics, echo, hz, watch, replay, asking, analyze, drill,
+    storm, tools,
 )  # fmt: skip
 GROUPS: Final[dict[str, tuple[str, ...]]] = {  # heading: the commands under it in `swarm --help`; each has one place
     "launch a fleet": ("run", "box", "keys", "router", "world", "robot"),
     "steer it": ("go", "pause", "resume", "restart", "stop", "setup", "edit", "add-robots"),
     "give its robots orders": ("order", "pool", "go-on", "home", "cancel"),
     "look at it": ("status", "watch", "logs", "ls", "topics", "echo", "hz"),
+    "connect it to others": ("bridge",),
     "paths, rules and recorded runs": ("replay", "why", "open", "diff", "plan", "explain", "analyze"),
     "test it and work on it": ("storm", "drill", "bench", "schema"),
     "help": ("help", "completion"),

@@ -1,0 +1,62 @@
+"""What the bridge knows of the fleet, and what it has still to say of it. Pure."""
+
+from collections.abc import Iterator
+from typing import Any, Final
+
+from swarm.messages import CLOCK, MAP, PLAN, SENSE, TRUTH, Clock, Map, Message, Phase, Plan, Sense, Topic, Truth
+from swarm.settings import Settings
+
+LISTEN: Final[tuple[Topic[Any], ...]] = (CLOCK, MAP, TRUTH, SENSE, PLAN)
+KEPT: Final[tuple[Topic[Any], ...]] = (CLOCK, MAP, TRUTH, PLAN)  # the world answers with the last ones
+FLEET: Final = ""  # instead of a robot's name, for what is of no single robot
+
+
+class Fold:
+    """The newest messages of a fleet. A bridge that is slower than the run leaves messages out; it never lags."""
+
+    def __init__(self) -> None:
+        self.robots: tuple[str, ...] = ()  # of the run, by its clock
+        self.run = -1
+        self.time = 0.0  # s, since the run began
+        self.over = False
+        self.settings: Settings | None = None  # not known before the map has come
+        self._waiting: dict[tuple[type[Message], str], Message] = {}
+
+    def take(self, message: Message, robot: str = FLEET) -> None:
+        """Take in a message; ``robot`` is the one that its key names. What is of an older run is left out."""
+        run = getattr(message, "run", self.run)
+        if run < self.run:
+            return
+        if run > self.run:
+            self.run, self.time, self.over = run, 0.0, False
+            self._waiting = {key: one for key, one in self._waiting.items() if isinstance(one, Map)}
+        match message:
+            case Clock(robots=robots, phase=phase, time=time):
+                self.robots, self.over, self.time = tuple(robots), phase is Phase.OVER, max(self.time, time)
+                return
+            case Map(scenario=scenario):
+                self.settings = scenario.settings
+            case Truth(time=time) | Sense(time=time):
+                self.time = max(self.time, time)
+            case Plan(robot=owner):
+                robot = owner
+        self._waiting[type(message), robot] = message
+
+    def said(self) -> Iterator[tuple[Message, str, float]]:
+        """Yield what has come since the last call, with the robot of each and its time [s] in the run.
+
+        Nothing is said before the settings are known, nor of a robot before the clock lists it.
+        """
+        if self.settings is None:
+            return
+        known = {FLEET, *self.robots}
+        waiting = self._waiting
+        self._waiting = {key: message for key, message in waiting.items() if key[1] not in known}
+        for robot, message in [(robot, message) for (_, robot), message in waiting.items() if robot in known]:
+            match message:
+                case Truth(time=time) | Sense(time=time):
+                    yield message, robot, time
+                case Plan(tick=tick):
+                    yield message, robot, tick / self.settings.rate
+                case _:
+                    yield message, robot, self.time

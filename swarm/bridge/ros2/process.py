@@ -1,0 +1,149 @@
+"""The process of the bridge: it listens to the fleet, speaks in ROS, and hands goals on, until the run is over."""
+
+from collections.abc import Callable
+from itertools import count
+from time import time_ns
+from typing import Final
+from uuid import uuid4
+
+from swarm.bridge.ros2.convert import SECOND, Said, converted
+from swarm.bridge.ros2.folding import FLEET, KEPT, LISTEN, Fold
+from swarm.bridge.ros2.goals import ordered
+from swarm.bridge.ros2.graph import LiveNode
+from swarm.bridge.ros2.topics import CLOCK, GOAL, HEARD, OF_FLEET, OF_ROBOT
+from swarm.bridge.ros2.types import Types
+from swarm.bridge.ros2.wire import Node, RosTopic, namespaces
+from swarm.bus import Arrival, Bus, Endpoint, Link
+from swarm.bus.foreign import Foreign
+from swarm.bus.losses import Ledger
+from swarm.errors import PeerError
+from swarm.messages import ORDER
+from swarm.stopping import told_to_stop
+
+LOOK: Final = 0.05  # s, the longest time between two looks for goals: a period of the usual senses
+MOST: Final = 1000  # arrivals that are taken in before what they say goes out: a run may be faster than this process
+ANSWER: Final = 2.0  # s to wait for the world's answer to an order; meanwhile nothing goes out
+
+
+def run(
+    endpoint: Endpoint,
+    fleet: str,
+    router: Endpoint,
+    domain: int,
+    distro: str,
+    *,
+    wall_time: bool = False,
+    log: Callable[[str], None] = print,
+) -> int:
+    """Show a fleet to ROS, on another router or the same, until its run is over or we are told to stop.
+
+    Stamps are those of the run, which ``/clock`` tells; with ``wall_time`` those of this machine, without ``/clock``.
+
+    Raises:
+        ConfigError: one of the routers does not answer.
+    """
+    with told_to_stop() as stop, Bus(endpoint, fleet, log) as bus, Foreign(router) as session:
+        bridge = Bridge(bus, session, Types(distro), domain, wall_time=wall_time, log=log)
+        log(f"fleet {fleet} is in ROS domain {domain} ({distro}) on {router}")
+        bridge.follow(stop.is_set)
+    return 0
+
+
+class Bridge:
+    """A fleet in the graph of ROS: a node for the fleet, and one for each robot."""
+
+    def __init__(
+        self, bus: Bus, session: Foreign, ros: Types, domain: int, *, wall_time: bool, log: Callable[[str], None]
+    ) -> None:
+        self._bus, self._session, self._ros, self._domain = bus, session, ros, domain
+        self._wall_time, self._log = wall_time, log
+        self._ledger = Ledger(log)
+        self._fold = Fold()
+        self._numbers = count()  # of nodes, publishers and subscribers in this session
+        self._robots: tuple[str, ...] = ()  # that ROS sees, or was to see
+        self._spaces: dict[str, str] = {}  # by robot
+        self._refused: dict[str, str] = {}  # robots without a namespace
+        self._nodes: dict[str, LiveNode] = {FLEET: self._node("/", tuple(
+            topic for topic in OF_FLEET if topic is not CLOCK or not wall_time
+        ), ())}  # fmt: skip
+
+    def follow(self, stopped: Callable[[], bool]) -> None:
+        """Hand on all that comes, in both directions, until the run is over."""
+        for topic in LISTEN:
+            self._bus.listen(topic)
+        run = None
+        while not stopped() and not self._fold.over:
+            if self._fold.settings is None or run != self._fold.run:  # the map of another run may be another
+                self._catch_up()
+                run = self._fold.run
+            self._take_in()
+            self._show_robots()
+            self._speak()
+            for robot in self._spaces:
+                self._heed(robot)
+            self._ledger.flush()
+        if self._fold.over:
+            self._log("the run is over")
+
+    def _catch_up(self) -> None:
+        for topic in KEPT:
+            for message in self._bus.fetch(topic, timeout=1.0):
+                self._fold.take(message)
+
+    def _take_in(self) -> None:
+        arrived, room = self._bus.receive(LOOK), MOST
+        while arrived is not None:
+            match arrived:
+                case Arrival(ids=ids, message=message):
+                    self._fold.take(message, ids.get("robot", FLEET))
+                case Link(up=False):
+                    self._log("the fleet's router is away; waiting for it")
+            room -= 1
+            arrived = self._bus.receive(0.0) if room else None
+
+    def _show_robots(self) -> None:
+        """Announce robots that have come, and withdraw those that the run does not have any more."""
+        if self._robots == self._fold.robots:
+            return
+        self._robots = self._fold.robots
+        spaces, refused = namespaces(self._fold.robots)
+        for robot in refused.keys() - self._refused.keys():
+            self._log(f"{robot} is not in ROS: its name there would be that of {refused[robot]}; rename one of them")
+        for robot in self._spaces.keys() - spaces.keys():
+            self._nodes.pop(robot).close()
+        for robot, space in spaces.items():
+            if robot not in self._spaces:
+                self._nodes[robot] = self._node(space, OF_ROBOT, HEARD)
+        self._spaces, self._refused = spaces, refused
+
+    def _speak(self) -> None:
+        for message, robot, time in self._fold.said():
+            at = time_ns() if self._wall_time else round(time * SECOND)
+            assert self._fold.settings is not None, "nothing is said without them"
+            try:
+                for said in converted(self._ros, message, robot, self._spaces, self._fold.settings, at):
+                    self._send(said)
+            except PeerError as fault:
+                self._ledger.refuse(type(message).__name__, fault)
+
+    def _send(self, said: Said) -> None:
+        if said.topic is not CLOCK or not self._wall_time:
+            self._nodes[said.robot].send(said.topic, said.message)
+
+    def _heed(self, robot: str) -> None:
+        """Give a robot the last goal that has come as an order, and log the answer."""
+        try:
+            if (payload := self._nodes[robot].newest(GOAL)) is None:
+                return
+            order = ordered(self._ros, payload, uuid4().hex)
+        except PeerError as fault:
+            self._ledger.refuse(GOAL.name, PeerError(f"{self._spaces[robot]}/{GOAL.name}: {fault}"))
+            return
+        try:
+            self._log(self._bus.ask(ORDER, order, timeout=ANSWER, robot=robot).text)
+        except PeerError as fault:
+            self._log(str(fault))
+
+    def _node(self, namespace: str, offers: tuple[RosTopic, ...], hears: tuple[RosTopic, ...]) -> LiveNode:
+        node = Node(domain=self._domain, session=self._session.id, number=next(self._numbers), namespace=namespace)
+        return LiveNode(self._session, node, self._ros, self._numbers, offers, hears)

@@ -1,0 +1,53 @@
+"""The command `swarm bridge`: a running fleet as robots of ROS 2."""
+
+import argparse
+
+from swarm.cli.finding import of_a_client, place
+from swarm.cli.parsing import Commands, Parser, endpoint
+from swarm.errors import ConfigError
+from swarm.installed import without
+from swarm.secure.names import OPERATOR
+
+DISTROS = ("jazzy", "kilted")
+DOMAINS = range(233)  # ROS_DOMAIN_ID of all platforms: 0 to 232
+
+
+def bridge(options: argparse.Namespace) -> int:
+    """Show a fleet to ROS 2 until its run is over or we are told to stop."""
+    if options.secure is not None and options.ros is None:
+        raise ConfigError(
+            "--secure: expected --ros ENDPOINT too, got none: the router of a fleet with keys serves no others; "
+            "name the router of ROS"
+        )
+    if (lacks := without("ros2")) is not None:
+        raise ConfigError(f"bridge ros2: {lacks}")
+    from swarm.bridge.ros2.process import run
+
+    router, fleet = place(options, OPERATOR)
+    ros = router if options.ros is None else endpoint(options.ros, None, OPERATOR)
+    return run(router, fleet, ros, options.domain, options.distro, wall_time=options.wall_time)
+
+
+def domain(text: str) -> int:
+    """Read the number of a domain of ROS.
+
+    Raises:
+        ConfigError: it is none.
+    """
+    if not text.isdecimal() or int(text) not in DOMAINS:
+        raise ConfigError(f"--domain: expected a whole number from 0 to {DOMAINS[-1]}, got {text!r}")
+    return int(text)
+
+
+def add(commands: "Commands[Parser]") -> None:
+    """Add this command to the command line."""
+    one = commands.add_parser("bridge", help="show a running fleet to ROS 2, and take goals from it")
+    one.add_argument("to", choices=("ros2",), help="over rmw_zenoh; see docs/ros2.md")
+    of_a_client(one)
+    text = "router of ROS, tcp/HOST:PORT; by default the fleet's"
+    one.add_argument("--ros", metavar="ENDPOINT", help=text)
+    one.add_argument("--domain", type=domain, default=0, metavar="N", help="ROS_DOMAIN_ID; 0 by default")
+    one.add_argument("--distro", choices=DISTROS, default=DISTROS[0], help=f"of ROS; {DISTROS[0]} by default")
+    text = "stamps are of this machine's clock and not of the run's, and there is no /clock"
+    one.add_argument("--wall-time", action="store_true", help=text)
+    one.set_defaults(command=bridge)

@@ -1,0 +1,1 @@
+"""The bridges, and what others see through them."""
