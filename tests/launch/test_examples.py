@@ -19,6 +19,7 @@ from tests.launch.actors import FAREWELL, LONGEST, SMALL, Command, Fleet, await_
 from tests.shared import ROOT
 
 EXAMPLES: Final = sorted((ROOT / "examples").glob("*.py"))
+HOLDS_NOTHING = ("no hold without a claim", "no body outside")  # laws that a robot breaks which is driven by keys
 
 
 @pytest.mark.parametrize("file", EXAMPLES, ids=lambda path: path.name)
@@ -28,9 +29,6 @@ def test_an_example_imports_nothing_of_this_project_and_is_named_on_the_page(fil
     names |= {str(node.module) for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)}
     assert {name.split(".")[0] for name in names} - set(sys.stdlib_module_names) == {"msgpack", "zenoh"}
     assert f"(../examples/{file.name})" in (ROOT / "docs" / "integration.md").read_text(encoding="utf-8")
-
-
-HOLDS_NOTHING = ("no hold without a claim", "no body outside")  # laws that a robot breaks which is driven by keys
 
 
 @contextmanager
