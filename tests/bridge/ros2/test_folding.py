@@ -3,7 +3,8 @@
 from msgspec import structs
 
 from swarm.bridge.ros2.folding import Fold
-from swarm.messages import Clock, Map, Message, Phase, Plan, Sense, Truth
+from swarm.messages import Map, Message, Phase, Plan, Sense
+from tests.messages.made import clock, truth
 from tests.robot.shared import FITS
 from tests.shared import scenario_of
 
@@ -11,20 +12,12 @@ SETTINGS, PACKED = scenario_of().to_wire()
 FLOOR = Map(packed=PACKED, scenario=SETTINGS)
 
 
-def clock(*robots: str, run: int = 0, phase: Phase = Phase.RUNNING) -> Clock:
-    return Clock(run=run, tick=0, time=0.0, phase=phase, robots=list(robots), present=[])
-
-
-def sense(tick: int, run: int = 0) -> Sense:
+def sense(tick: int, run: int = 1) -> Sense:
     return structs.replace(FITS, run=run, tick=tick, time=tick / 20)
 
 
-def truth(tick: int, run: int = 0) -> Truth:
-    return Truth(run=run, tick=tick, time=tick / 20, bodies=[])
-
-
 def plan(tick: int) -> Plan:
-    return Plan(robot="r1", run=0, tick=tick, points=[(0.0, 0.0), (1.0, 0.0)])
+    return Plan(robot="r1", run=1, tick=tick, points=[(0.0, 0.0), (1.0, 0.0)])
 
 
 def folded(*messages: Message) -> Fold:
@@ -35,7 +28,7 @@ def folded(*messages: Message) -> Fold:
 
 
 def test_only_the_newest_of_each_kind_is_said_and_once() -> None:
-    fold = folded(clock("r1"), FLOOR, truth(20), sense(19), truth(22), sense(20), sense(22), plan(10))
+    fold = folded(clock(robots=("r1",)), FLOOR, truth(20), sense(19), truth(22), sense(20), sense(22), plan(10))
     assert list(fold.said()) == [
         (FLOOR, "", 1.1), (truth(22), "", 1.1), (sense(22), "r1", 1.1), (plan(10), "r1", 0.5),
     ]  # fmt: skip
@@ -43,27 +36,27 @@ def test_only_the_newest_of_each_kind_is_said_and_once() -> None:
 
 
 def test_nothing_is_said_before_the_map_has_come_and_nothing_is_lost_by_that() -> None:
-    fold = folded(clock("r1"), plan(10))
+    fold = folded(clock(robots=("r1",)), plan(10))
     assert list(fold.said()) == []
     fold.take(FLOOR)
     assert list(fold.said()) == [(plan(10), "r1", 0.5), (FLOOR, "", 0.0)]
 
 
 def test_what_a_robot_says_before_the_clock_lists_it_is_said_when_it_does() -> None:
-    fold = folded(clock("r2"), FLOOR, plan(10))
+    fold = folded(clock(robots=("r2",)), FLOOR, plan(10))
     assert [message for message, _, _ in fold.said()] == [FLOOR]
-    fold.take(clock("r1", "r2"))
+    fold.take(clock(robots=("r1", "r2")))
     assert [message for message, _, _ in fold.said()] == [plan(10)]
 
 
 def test_another_run_makes_the_older_one_void() -> None:
-    fold = folded(clock("r1"), FLOOR, sense(40), truth(40), sense(1, run=1), sense(41))
-    assert list(fold.said()) == [(FLOOR, "", 0.05), (sense(1, run=1), "r1", 0.05)]
-    assert fold.run == 1
+    fold = folded(clock(robots=("r1",)), FLOOR, sense(40), truth(40), sense(1, run=2), sense(41))
+    assert list(fold.said()) == [(FLOOR, "", 0.05), (sense(1, run=2), "r1", 0.05)]
+    assert fold.run == 2
 
 
 def test_the_run_is_over_when_its_clock_says_so_and_not_when_that_of_an_older_one_does() -> None:
-    fold = folded(clock("r1", run=1), clock("r1", run=0, phase=Phase.OVER))
+    fold = folded(clock(run=2), clock(phase=Phase.OVER))
     assert not fold.over
-    fold.take(clock("r1", run=1, phase=Phase.OVER))
+    fold.take(clock(run=2, phase=Phase.OVER))
     assert fold.over

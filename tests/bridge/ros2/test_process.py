@@ -16,7 +16,12 @@ from rosbags.typesys import Stores, get_typestore
 from swarm.bridge.ros2.goals import GOAL_LIMIT
 from swarm.bus import Endpoint
 from swarm.cli import main
+from swarm.messages import CLOCK, MAP, PLAN, TRUTH, Map, Phase, Plan
+from tests.conftest import MakeBus
 from tests.launch.actors import PATIENCE, Command, Fleet
+from tests.messages.made import clock, truth
+from tests.secure.shared import fleet_keys
+from tests.shared import scenario_of
 
 pytestmark = pytest.mark.processes
 T = TypeVar("T")
@@ -28,6 +33,7 @@ KEYS: Final = {  # of domain 7, as rmw_zenoh writes them: topic, type, hash
     "clock":        "rosgraph_msgs::msg::dds_::Clock_/RIHS01_692f7a66e93a3c83e71765d033b60349ba68023a8c689a79e48078bcb5c58564",
     "tf":           "tf2_msgs::msg::dds_::TFMessage_/RIHS01_e369d0f05a23ae52508854b66f6aa0437f3449d652e8cbf22d5abe85d020f087",
     "r1/odom":      "nav_msgs::msg::dds_::Odometry_/RIHS01_3cc97dc7fb7502f8714462c526d369e35b603cfc34d946e3f2eda2766dfec6e0",
+    "r1/plan":      "nav_msgs::msg::dds_::Path_/RIHS01_1957a5bb3cee5da65c4e52e52b65a93df227efce4c20f8458b36e73066ca334b",
     "r1/goal_pose": "geometry_msgs::msg::dds_::PoseStamped_/RIHS01_10f3786d7d40fd2b54367835614bff85d4ad3b5dab62bf8bca0cc232d73b4cd8",
 }
 # fmt: on
@@ -205,3 +211,49 @@ def test_on_the_fleets_router_with_the_time_of_the_machine(small: Path, tmp_runt
             fleet.end()
             while not tokens.empty():
                 assert "%clock" not in str(tokens.get().key_expr)
+
+
+@pytest.mark.long("a fleet of its own, with keys")
+def test_a_fleet_with_keys_is_seen_on_another_router(small: Path, tmp_runtime: Path, endpoint: Endpoint) -> None:
+    fleet_keys(keys := tmp_runtime / "keys")
+    with Fleet(small, "--serve", runtime=tmp_runtime, keys=keys) as fleet, fleet.bus() as bus:
+        fleet.await_all(bus)
+        command = ("bridge", "ros2", "--secure", str(keys), "--ros", str(endpoint), "--domain", "9")
+        with Command(*command, runtime=tmp_runtime) as bridge, ros(endpoint, 9) as session:
+            odometry = session.hear("r1/odom")
+            assert read(odometry.get(timeout=PATIENCE)).header.frame_id == "odom"
+            session.put("r1/goal_pose", pose("map", 9.5, 4.0))
+            assert bridge.await_line("r1: order").endswith("is number 1: 1 target")
+            assert main(["stop", "--secure", str(keys)]) == 0
+            assert bridge.end() == 0
+            fleet.end()
+
+
+def test_robots_of_which_the_run_knows_no_more_are_withdrawn_and_namesakes_are_told(
+    tmp_runtime: Path, endpoint: Endpoint, make_bus: MakeBus
+) -> None:
+    """The test is the world: one that was killed and started with fewer robots says so by its clock only."""
+    settings, packed = scenario_of().to_wire()
+    with make_bus(fleet="names") as world:
+        world.announce("world", "world")
+        told = clock(robots=("r1", "arm-2", "arm.2"))
+        path = Plan(robot="r1", run=told.run, tick=20, points=[(0.0, 0.0), (1.5, 2.0)])
+        world.keep(MAP, lambda: {MAP.key: Map(packed=packed, scenario=settings)})
+        world.keep(CLOCK, lambda: {CLOCK.key: told})
+        world.keep(TRUTH, lambda: {TRUTH.key: truth(0)})
+        world.keep(PLAN, lambda: {PLAN.key.format(robot="r1"): path})
+        command = ("bridge", "ros2", "--connect", str(endpoint), "--fleet", "names", "--domain", "11")
+        with ros(endpoint, 11) as session, Command(*command, runtime=tmp_runtime) as bridge:
+            tokens = session.tokens()
+            assert endpoints(tokens, of_robot("r1") | of_robot("arm_2"), zenoh.SampleKind.PUT) >= {"%r1", "%arm_2"}
+            said = bridge.await_line("arm.2 is not in ROS")
+            assert said == "arm.2 is not in ROS: its name there would be that of arm-2; rename one of them"
+
+            late = session.hear("r1/plan")
+            points = read(late.get(timeout=PATIENCE)).poses
+            assert [(one.pose.position.x, one.pose.position.y) for one in points] == path.points
+
+            world.send(CLOCK, clock(robots=("r1",)))
+            assert endpoints(tokens, of_robot("arm_2"), zenoh.SampleKind.DELETE) <= {"%arm_2"}
+            world.send(CLOCK, clock(phase=Phase.OVER, robots=("r1",)))
+            assert bridge.end() == 0

@@ -1,0 +1,62 @@
+"""A session with others on a router: bytes on keys, tokens, messages for who comes late."""
+
+from queue import SimpleQueue
+
+import pytest
+import zenoh
+import zenoh.ext
+
+from swarm.bus import Endpoint, connect
+from swarm.bus.foreign import WAITING, Foreign
+from swarm.errors import PeerError
+from tests.launch.actors import PATIENCE
+
+pytestmark = pytest.mark.processes
+
+
+def test_the_newest_of_what_came_is_taken_once_unless_it_is_too_long(endpoint: Endpoint) -> None:
+    with Foreign(endpoint) as session, connect(endpoint) as other:
+        session.listen("goal", limit=4)
+        session.listen("echo", limit=4)
+        assert session.newest("goal") is None
+
+        def said(number: int, *payloads: bytes) -> None:
+            """Send goals, and wait until they have come: what is sent after them has."""
+            for payload in payloads:
+                other.put("goal", payload)
+            while session.newest("echo") != bytes([number]):
+                other.put("echo", bytes([number]))
+                list(other.liveliness().get("@nobody/*", timeout=PATIENCE))  # the router has answered
+
+        said(0)  # the subscriptions are known to the other
+        said(1, *(bytes([number]) for number in range(3 * WAITING)))
+        assert session.newest("goal") == bytes([3 * WAITING - 1])
+        assert session.newest("goal") is None
+        said(2, b"ok", b"12345")
+        with pytest.raises(PeerError, match="expected at most 4 bytes, got 5"):
+            session.newest("goal")
+        assert session.newest("goal") is None
+
+
+def test_who_comes_late_gets_what_is_kept_and_no_more_after_it_is_withdrawn(endpoint: Endpoint) -> None:
+    with Foreign(endpoint) as session, connect(endpoint) as other:
+        tokens: SimpleQueue[zenoh.Sample] = SimpleQueue()
+        watching = other.liveliness().declare_subscriber("@there/**", tokens.put, history=True)
+        session.announce(f"@there/{session.id}")
+        session.offer("kept", kept=1)
+        for number in range(3):
+            session.send("kept", bytes([number]), b"attached")
+
+        heard: SimpleQueue[zenoh.Sample] = SimpleQueue()
+        late = zenoh.ext.HistoryConfig(detect_late_publishers=True)
+        listening = zenoh.ext.declare_advanced_subscriber(other, "kept", heard.put, history=late)
+        sample = heard.get(timeout=PATIENCE)
+        assert sample.attachment is not None
+        assert (sample.payload.to_bytes(), sample.attachment.to_bytes()) == (b"\x02", b"attached")
+
+        session.withdraw("kept")
+        session.withdraw(f"@there/{session.id}")
+        assert [tokens.get(timeout=PATIENCE).kind for _ in range(2)] == [zenoh.SampleKind.PUT, zenoh.SampleKind.DELETE]
+        assert heard.empty()
+        watching.undeclare()  # type: ignore[no-untyped-call]
+        listening.undeclare()  # type: ignore[no-untyped-call]
