@@ -22,7 +22,6 @@ IMPORTED_AS: Final = {"scikit-fuzzy": "skfuzzy"}  # others of `dev` have one nam
 TOOLS: Final = {  # of `dev`, and what for, since no test imports them
     "zenoh-swarm": "the extras",
     "mypy": "make check",
-    "packaging": "scikit-fuzzy imports it",
     "pytest-timeout": "pyproject.toml: timeout",
     "pytest-xdist": "-n auto",
     "ruff": "make check",

@@ -16,6 +16,7 @@ from urllib.parse import urlsplit
 from urllib.request import Request, urlopen
 
 import pytest
+from packaging.requirements import Requirement
 
 from swarm.installed import EXTRAS
 from tests.shared import ROOT
@@ -108,8 +109,9 @@ def test_what_it_needs_is_there_and_what_it_weighs_is_told(installed: Path, tmp_
 
 
 def needs(library: str) -> set[str]:
-    """Return the libraries that one needs, without those of its own extras."""
-    return {re.split(r"[^\w-]", text)[0] for text in requires(library) or () if "extra ==" not in text}
+    """Return the libraries that one needs here, without those of its own extras."""
+    wanted = map(Requirement, requires(library) or ())
+    return {one.name for one in wanted if one.marker is None or one.marker.evaluate({"extra": ""})}
 
 
 def names_in(site: Path) -> set[str]:
