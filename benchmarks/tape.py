@@ -7,7 +7,7 @@ second is the world's writing of the answers of 16 robots, which were made befor
 1 ms in the longest tick. Both count the processor's time, not the clock's.
 
 The third is of opening any moment of a long run of 8 robots, in lockstep: the first pass, which leaves keyframes, with
-the bar of 10 times real time, and then random ticks, each from the file anew, with the bar of 1 s for the longest.
+the bar of 10 times real time. Then the file is opened at random ticks, with the bar of 1 s for the longest.
 """
 
 import argparse

@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 from dashboard.mode import choose
-from dashboard.viewers import end_with_us
+from dashboard.viewers import end_with
 from swarm.errors import SwarmError
 from swarm.installed import without
 
@@ -28,10 +28,8 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--rules", metavar="ROBOT", help="robot whose fired rules are shown; by default the first")
     parser.add_argument("--ends-with", type=int, metavar="PID", help="the process that started this one: end with it")
     given = parser.parse_args(arguments)
-    if given.ends_with is not None:
-        end_with_us()
-        if os.getppid() != given.ends_with:  # it has ended meanwhile
-            return 0
+    if given.ends_with is not None and not end_with(given.ends_with):
+        return 0
     if lacking := without("rerun"):
         print(lacking, file=sys.stderr)
         return 2

@@ -52,6 +52,12 @@ def end_with_us() -> None:
         ctypes.CDLL(None).prctl(SET_DEATH_SIGNAL, signal.SIGTERM)
 
 
+def end_with(parent: int) -> bool:
+    """Let Linux end this process with its ``parent``; return False if that has ended meanwhile."""
+    end_with_us()
+    return os.getppid() == parent
+
+
 def rerun_program() -> Path:
     """Return the program of Rerun.
 

@@ -14,10 +14,10 @@ from typing import Final
 import msgspec
 
 from dashboard.box import frames as telling
-from dashboard.box.moments import Moment, Moments
+from dashboard.box.moments import Moments, PastMoment
 from dashboard.box.questions import TRAILS, Answer, Line, Refusal
 from dashboard.fold.state import RunState
-from dashboard.viewers import end_with_us
+from dashboard.viewers import end_with
 from swarm.errors import SwarmError
 from world.explain.clauses import as_text
 
@@ -39,14 +39,14 @@ def answered(moments: Moments, line: bytes) -> Answer | Refusal:
         return Refusal(str(fault))
 
 
-def _why(moment: Moment, robot: str | None) -> Answer | Refusal:
+def _why(moment: PastMoment, robot: str | None) -> Answer | Refusal:
     taped, seen = moment
     if robot is None:
         return Refusal("/why: expected ?robot=NAME, such as ?robot=r1, got none")
     return Answer(run=seen.run, at=seen.time, doubt=taped.doubt, text=as_text(taped.why(robot)))
 
 
-def _past(moment: Moment, robot: str | None) -> Answer:
+def _past(moment: PastMoment, robot: str | None) -> Answer:
     state, selected = RunState(), frozenset({robot}) if robot is not None else frozenset()
     for message in moment.messages():
         state.take(message)
@@ -67,8 +67,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--ends-with", type=int, metavar="PID", help="the process that started this one: end with it")
     given = parser.parse_args(arguments)
     if given.ends_with is not None:
-        end_with_us()
-        if os.getppid() != given.ends_with:  # it has ended meanwhile
+        if not end_with(given.ends_with):
             return 0
         os.nice(POLITE)
     moments, answers = Moments(given.file), sys.stdout.buffer

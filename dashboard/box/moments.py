@@ -20,7 +20,7 @@ LATE: Final = 5  # ticks before the end of a tape that is written: robots may st
 APART: Final = 0.03  # m, at least, between two points of it
 
 
-class Moment(NamedTuple):
+class PastMoment(NamedTuple):
     """The end of a tick of a run, and what its listeners were told then."""
 
     taped: Taped
@@ -69,7 +69,7 @@ class Moments:
         self._taped: Taped | None = None
         self._truth: Truth | None = None
 
-    def at(self, at: float | None, run: int | None) -> Moment:
+    def at(self, at: float | None, run: int | None) -> PastMoment:
         """Return the moment at a time of a run [s]; None: shortly before the tape ends, and its last run.
 
         Raises:
@@ -81,7 +81,7 @@ class Moments:
         self._go(taped, at, run)
         self._taped = taped
         assert self._truth is not None
-        return Moment(taped, self._truth)
+        return PastMoment(taped, self._truth)
 
     def _go(self, taped: Taped, at: float | None, run: int | None) -> None:
         """Run a moment on; note what listeners are told in its last tick."""

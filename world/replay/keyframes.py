@@ -1,4 +1,4 @@
-"""Keyframes: states of a replay that this machine keeps, so that later questions about its tape do not begin anew.
+"""Keyframes: states of a replay that this machine keeps, so that later questions about its tape go on from them.
 
 They are pickles in a folder of this user, which nobody else may write to, and never part of a tape. One that does not
 fit the tape and this code, or cannot be read, counts as none.
@@ -111,7 +111,7 @@ class Keyframes:
             os.utime(keyframe.path.parent)
             known |= {"world": replay.revived(saved), "rows": self._file.rows(mark)}
             return _Unpickler(file, known).load()
-        except Exception:
+        except Exception:  # whatever is wrong with a file of the cache: the tape has it all
             return None
 
 

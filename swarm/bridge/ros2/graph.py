@@ -6,7 +6,7 @@ from time import time_ns
 
 from swarm.bridge.ros2.goals import GOAL_LIMIT
 from swarm.bridge.ros2.types import Types
-from swarm.bridge.ros2.wire import Endpoint, Kind, Node, RosTopic, attachment
+from swarm.bridge.ros2.wire import EndpointKind, Node, RosEndpoint, RosTopic, attachment
 from swarm.bus.foreign import Foreign
 
 
@@ -23,16 +23,16 @@ class LiveNode:
         hears: Iterable[RosTopic],
     ) -> None:
         self._session, self._node, self._ros = session, node, ros
-        self._offered: dict[str, tuple[Endpoint, Iterator[int]]] = {}
-        self._heard: dict[str, Endpoint] = {}
+        self._offered: dict[str, tuple[RosEndpoint, Iterator[int]]] = {}
+        self._heard: dict[str, RosEndpoint] = {}
         session.announce(node.token)
         for topic in offers:
-            endpoint = node.endpoint(next(numbers), Kind.PUBLISHER, topic, ros.hash(topic.type))
+            endpoint = node.endpoint(next(numbers), EndpointKind.PUBLISHER, topic, ros.hash(topic.type))
             session.offer(endpoint.key, kept=1 if topic.qos.is_latched else 0)
             session.announce(endpoint.token)
             self._offered[topic.name] = endpoint, count(1)
         for topic in hears:
-            endpoint = node.endpoint(next(numbers), Kind.SUBSCRIBER, topic, ros.hash(topic.type))
+            endpoint = node.endpoint(next(numbers), EndpointKind.SUBSCRIBER, topic, ros.hash(topic.type))
             session.listen(endpoint.key, limit=GOAL_LIMIT)
             session.announce(endpoint.token)
             self._heard[topic.name] = endpoint

@@ -131,7 +131,7 @@ class Bridge:
             self._nodes[said.robot].send(said.topic, said.message)
 
     def _heed(self, robot: str) -> None:
-        """Give a robot the last goal that has come as an order, and log the answer."""
+        """Send the last goal of a robot to the world as an order, and log the answer."""
         try:
             if (payload := self._nodes[robot].newest(GOAL)) is None:
                 return

@@ -45,7 +45,7 @@ class RosTopic(NamedTuple):
     qos: Qos = Qos.DEFAULT
 
 
-class Kind(StrEnum):
+class EndpointKind(StrEnum):
     """What a token announces."""
 
     PUBLISHER = "MP"
@@ -66,11 +66,11 @@ class Node:
         """The key of its liveliness token."""
         return self._token(self.number, "NN")
 
-    def endpoint(self, number: int, kind: Kind, topic: RosTopic, type_hash: str) -> "Endpoint":
+    def endpoint(self, number: int, kind: EndpointKind, topic: RosTopic, type_hash: str) -> "RosEndpoint":
         """Return a publisher or a subscriber of this node; the number is unique in the session."""
         name = f"{self.namespace.rstrip('/')}/{topic.name}"
         kept = f"{dds(topic.type)}/{type_hash}"
-        return Endpoint(
+        return RosEndpoint(
             key=f"{self.domain}{name}/{kept}",
             token=f"{self._token(number, kind)}/{mangled(name)}/{kept}/{topic.qos}",
         )
@@ -81,7 +81,7 @@ class Node:
 
 
 @dataclass(frozen=True, slots=True)
-class Endpoint:
+class RosEndpoint:
     """A publisher or a subscriber of ROS."""
 
     key: str  # of its messages

@@ -9,7 +9,7 @@ from xxhash import xxh3_128_digest
 
 from swarm.bridge.ros2.topics import HEARD, MAP, ODOMETRY, OF_FLEET, OF_ROBOT
 from swarm.bridge.ros2.types import DISTROS, Types
-from swarm.bridge.ros2.wire import Endpoint, Kind, Node, attachment, namespaces
+from swarm.bridge.ros2.wire import EndpointKind, Node, RosEndpoint, attachment, namespaces
 from swarm.cli.steer.bridge import DISTROS as OFFERED
 
 # fmt: off
@@ -54,11 +54,11 @@ def test_a_node_has_a_token() -> None:
 
 
 def test_a_publisher_and_a_subscriber_have_a_key_and_a_token() -> None:
-    assert R1.endpoint(5, Kind.PUBLISHER, ODOMETRY, "RIHS01_12") == Endpoint(
+    assert R1.endpoint(5, EndpointKind.PUBLISHER, ODOMETRY, "RIHS01_12") == RosEndpoint(
         key="7/r1/odom/nav_msgs::msg::dds_::Odometry_/RIHS01_12",
         token="@ros2_lv/7/abc/4/5/MP/%/%r1/swarm_bridge/%r1%odom/nav_msgs::msg::dds_::Odometry_/RIHS01_12/::,10:,:,:,,",
     )
-    assert FLEET.endpoint(1, Kind.SUBSCRIBER, MAP, "RIHS01_34") == Endpoint(
+    assert FLEET.endpoint(1, EndpointKind.SUBSCRIBER, MAP, "RIHS01_34") == RosEndpoint(
         key="0/map/nav_msgs::msg::dds_::OccupancyGrid_/RIHS01_34",
         token="@ros2_lv/0/abc/0/1/MS/%/%/swarm_bridge/%map/nav_msgs::msg::dds_::OccupancyGrid_/RIHS01_34/:1:,1:,:,:,,",
     )
@@ -66,7 +66,7 @@ def test_a_publisher_and_a_subscriber_have_a_key_and_a_token() -> None:
 
 def test_a_gid_is_the_digest_of_the_token_from_its_low_end() -> None:
     """The canonical form of XXH3-128 is big-endian; rmw_zenoh copies the two halves of the number as they are."""
-    endpoint = R1.endpoint(5, Kind.PUBLISHER, ODOMETRY, "RIHS01_12")
+    endpoint = R1.endpoint(5, EndpointKind.PUBLISHER, ODOMETRY, "RIHS01_12")
     assert endpoint.gid == xxh3_128_digest(endpoint.token.encode())[::-1]
 
 
