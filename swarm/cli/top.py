@@ -4,12 +4,12 @@ import argparse
 from collections.abc import Sequence
 from typing import Final
 
-from swarm.cli import completion
+from swarm.cli import bridge, completion
 from swarm.cli.look import echo, hz, logs, ls, status, topics, watch
 from swarm.cli.offline import analyze, asking, drill, replay, storm, tools
 from swarm.cli.parsing import Commands, Parser, Version, joined
 from swarm.cli.start import fleet, keys
-from swarm.cli.steer import bridge, control, orders
+from swarm.cli.steer import control, orders
 from swarm.errors import ConfigError, similar
 
 ROOMS: Final = (

@@ -6,10 +6,11 @@ import msgspec
 import pytest
 from msgspec.structs import replace
 
+from swarm.bridge.errand import End, Errand, How
 from swarm.cli.look import logs
 from swarm.cli.look.silence import why
 from swarm.cli.look.status import described, one_of, shown
-from swarm.cli.steer.waiting import End, Wait
+from swarm.cli.steer.waiting import line
 from swarm.errors import ConfigError
 from swarm.messages import (
     Account,
@@ -160,30 +161,32 @@ REPLACED = event(
 REACHED = replace(STATUS, robots=[replace(ROW, account=replace(NOTHING, reached=[31.2, 40.0, 51.5]))])
 
 
-def wait() -> Wait:
-    return Wait("r1", ORDER, 3, run=1)
+def wait() -> Errand:
+    return Errand("r1", ORDER, 3, run=1)
 
 
 # fmt: off
 ENDS: dict[str, tuple[Message, End | None]] = {  # the end that one message is
     "on its way":            (DRIVES, None),
     "all reached, it says":  (DONE, None),
-    "measured":              (REACHED, End(0, "r1: order morning is done: 3 targets reached, the last at 51.5 s")),
+    "measured":              (REACHED, End(How.DONE, "r1: order morning is done: 3 targets reached, the last at 51.5 s")),
     "not measured":          (STATUS, None),
     "another's are":         (replace(REACHED, robots=[replace(REACHED.robots[0], robot="r2")]), None),
     "those after it are":    (replace(REACHED, robots=[replace(REACHED.robots[0], state=replace(DRIVES, assignment=4))]), None),
     "in the run before":     (replace(REACHED, run=0), None),
     "given up":              (replace(DONE, reached=[True, False, False], unreachable=[1, 2]),
-                              End(1, "r1: order morning is not done: it has given up target 2, home")),
-    "replaced":              (REPLACED, End(1, "r1: order morning is not done: 2 left; superseded by order b update 0 (number 4)")),
+                              End(How.GIVEN_UP, "r1: order morning is not done: it has given up target 2, home")),
+    "replaced":              (REPLACED, End(How.REPLACED, "r1: order morning is not done: 2 left; superseded by order b update 0 (number 4)")),
+    "cancelled":             (replace(REPLACED, kind="cancelled", text="order morning update 0 (number 3): 2 left; cancelled"),
+                              End(How.CANCELLED, "r1: order morning is not done: 2 left; cancelled")),
     "it replaces":           (replace(REPLACED, text="the scenario's targets (number 0): 4 left; superseded by order morning update 0 (number 3)"), None),
     "another's replaced":    (replace(REPLACED, robot="r2"), None),
     "told something":        (replace(REPLACED, kind="reached"), None),
-    "lost":                  (LOST, End(1, "r1: order morning is not done: r1 is lost; it goes on if a process takes its place")),
+    "lost":                  (LOST, End(How.LOST, "r1: order morning is not done: r1 is lost; it goes on if a process takes its place")),
     "gone":                  (replace(LOST, presence={"r1": Seen(Liveness.GONE, 20.0)}), None),
     "another is lost":       (replace(LOST, presence={"r2": Seen(Liveness.LOST, 20.0)}), None),
-    "over":                  (replace(CLOCK, phase=Phase.OVER), End(1, "r1: order morning is not done: the run is over")),
-    "started again":         (replace(CLOCK, run=2), End(1, "r1: order morning is not done: the run was started again, without it")),
+    "over":                  (replace(CLOCK, phase=Phase.OVER), End(How.OVER, "r1: order morning is not done: the run is over")),
+    "started again":         (replace(CLOCK, run=2), End(How.AGAIN, "r1: order morning is not done: the run was started again, without it")),
     "the clock":             (CLOCK, None),
 }
 # fmt: on
@@ -200,7 +203,7 @@ def test_the_world_is_asked_when_the_robot_says_it_has_nothing_left_of_the_order
     assert (one.take(DRIVES), one.asks, one.past()) == (None, False, None)
     assert (one.take(DONE), one.asks, one.past()) == (None, True, None)
     other = replace(DRIVES, assignment=4)
-    assert (one.take(other), one.asks, one.past()) == (None, True, End(0, "r1: order morning is done"))
+    assert (one.take(other), one.asks, one.past()) == (None, True, End(How.DONE, "r1: order morning is done"))
 
 
 # fmt: off
@@ -222,7 +225,7 @@ LINES: dict[str, tuple[list[Message], str]] = {
 
 @pytest.mark.parametrize("name", LINES)
 def test_the_progress_of_an_order_is_a_line(name: str) -> None:
-    messages, line = LINES[name]
+    messages, expected = LINES[name]
     one = wait()
     assert [one.take(message) for message in messages] == [None] * len(messages)
-    assert one.line == line
+    assert line(one) == expected

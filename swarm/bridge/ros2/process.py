@@ -6,22 +6,21 @@ from time import time_ns
 from typing import Final
 from uuid import uuid4
 
+from swarm.bridge.folding import FLEET
+from swarm.bridge.following import Follower
 from swarm.bridge.ros2.convert import SECOND, Said, converted
-from swarm.bridge.ros2.folding import FLEET, KEPT, LISTEN, Fold
 from swarm.bridge.ros2.goals import ordered
 from swarm.bridge.ros2.graph import LiveNode
 from swarm.bridge.ros2.topics import CLOCK, GOAL, HEARD, OF_FLEET, OF_ROBOT
 from swarm.bridge.ros2.types import Types
 from swarm.bridge.ros2.wire import Node, RosTopic, namespaces
-from swarm.bus import Arrival, Bus, Endpoint, Link
+from swarm.bus import Bus, Endpoint
 from swarm.bus.foreign import Foreign
 from swarm.bus.losses import Ledger
 from swarm.errors import PeerError
 from swarm.messages import ORDER
 from swarm.stopping import told_to_stop
 
-LOOK: Final = 0.05  # s, the longest time between two looks for goals: a period of the usual senses
-MOST: Final = 1000  # arrivals that are taken in before what they say goes out: a run may be faster than this process
 ANSWER: Final = 2.0  # s to wait for the world's answer to an order; meanwhile nothing goes out
 
 
@@ -58,7 +57,8 @@ class Bridge:
         self._bus, self._session, self._ros, self._domain = bus, session, ros, domain
         self._wall_time, self._log = wall_time, log
         self._ledger = Ledger(log)
-        self._fold = Fold()
+        self._fleet = Follower(bus, log)
+        self._fold = self._fleet.fold
         self._numbers = count()  # of nodes, publishers and subscribers in this session
         self._robots: tuple[str, ...] = ()  # that ROS sees, or was to see
         self._spaces: dict[str, str] = {}  # by robot
@@ -69,14 +69,8 @@ class Bridge:
 
     def follow(self, stopped: Callable[[], bool]) -> None:
         """Hand on all that comes, in both directions, until the run is over."""
-        for topic in LISTEN:
-            self._bus.listen(topic)
-        run = None
         while not stopped() and not self._fold.over:
-            if self._fold.settings is None or run != self._fold.run:  # the map of another run may be another
-                self._catch_up()
-                run = self._fold.run
-            self._take_in()
+            self._fleet.take_in()
             self._show_robots()
             self._speak()
             for robot in self._spaces:
@@ -84,22 +78,6 @@ class Bridge:
             self._ledger.flush()
         if self._fold.over:
             self._log("the run is over")
-
-    def _catch_up(self) -> None:
-        for topic in KEPT:
-            for message in self._bus.fetch(topic, timeout=1.0):
-                self._fold.take(message)
-
-    def _take_in(self) -> None:
-        arrived, room = self._bus.receive(LOOK), MOST
-        while arrived is not None:
-            match arrived:
-                case Arrival(ids=ids, message=message):
-                    self._fold.take(message, ids.get("robot", FLEET))
-                case Link(up=False):
-                    self._log("the fleet's router is away; waiting for it")
-            room -= 1
-            arrived = self._bus.receive(0.0) if room else None
 
     def _show_robots(self) -> None:
         """Announce robots that have come, and withdraw those that the run does not have any more."""

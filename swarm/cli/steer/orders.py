@@ -17,6 +17,7 @@ ACTIONS = {
 
 def order(options: argparse.Namespace) -> int:
     """Give a robot targets, instead of the stops that it has left; with --wait stay until the order has ended."""
+    from swarm.bridge.errand import Errand
     from swarm.cli.steer import waiting
     from swarm.messages import ORDER, Order
 
@@ -28,7 +29,7 @@ def order(options: argparse.Namespace) -> int:
         print(reply.text, flush=True)
         if not options.wait:
             return 0
-        return waiting.follow(bus, waiting.Wait(options.robot, request, reply.number, run), options.robot)
+        return waiting.follow(bus, Errand(options.robot, request, reply.number, run))
 
 
 def pool(options: argparse.Namespace) -> int:

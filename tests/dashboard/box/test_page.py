@@ -96,7 +96,7 @@ def test_draw_a_world_go_watch_restart_and_be_refused(tmp_runtime: Path) -> None
         box.page.click("#stop")
         assert fleet.end() == 1, fleet.text
         box.await_text("#phase", "the run is over")
-        expected = ("409", "ERR_CONNECTION_", "ERR_SOCKET_NOT_CONNECTED")  # a refusal; a server that was killed or ended
+        expected = ("409", "ERR_CONNECTION_", "ERR_SOCKET_NOT_CONNECTED")  # a refusal; a server was killed, or ended
         refused = [line for line in box.complaints if not any(mark in line for mark in expected)]
         assert refused == [], "no script fails, nothing breaks the page's policy"
         assert box.hosts == {address.split("/")[2]}, "no other host is asked"

@@ -1,4 +1,4 @@
-"""The command `swarm bridge`: a running fleet as robots of ROS 2."""
+"""The command `swarm bridge ros2`: a running fleet as robots of ROS 2."""
 
 import argparse
 
@@ -40,9 +40,9 @@ def domain(text: str) -> int:
 
 
 def add(commands: "Commands[Parser]") -> None:
-    """Add this command to the command line."""
-    one = commands.add_parser("bridge", help="show a running fleet to ROS 2, and take goals from it")
-    one.add_argument("to", choices=("ros2",), help="over rmw_zenoh; see docs/ros2.md")
+    """Add this command below `swarm bridge`."""
+    said = "show a running fleet to ROS 2 over rmw_zenoh, and take goals from it"
+    one = commands.add_parser("ros2", help=said, description=f"{said}; see docs/ros2.md")
     of_a_client(one)
     text = "router of ROS, tcp/HOST:PORT; by default the fleet's"
     one.add_argument("--ros", metavar="ENDPOINT", help=text)

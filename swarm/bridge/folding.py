@@ -1,14 +1,14 @@
 """What the bridge knows of the fleet, and what it has still to say of it. Pure."""
 
+from collections import deque
 from collections.abc import Iterator
-from typing import Any, Final
+from typing import Final
 
-from swarm.messages import CLOCK, MAP, PLAN, SENSE, TRUTH, Clock, Map, Message, Phase, Plan, Sense, Topic, Truth
+from swarm.messages import Clock, Event, Map, Message, Phase, Plan, Sense, State, Truth
 from swarm.settings import Settings
 
-LISTEN: Final[tuple[Topic[Any], ...]] = (CLOCK, MAP, TRUTH, SENSE, PLAN)
-KEPT: Final[tuple[Topic[Any], ...]] = (CLOCK, MAP, TRUTH, PLAN)  # the world answers with the last ones
 FLEET: Final = ""  # instead of a robot's name, for what is of no single robot
+MOST_EVENTS: Final = 1000  # that wait to be said
 
 
 class Fold:
@@ -21,6 +21,7 @@ class Fold:
         self.over = False
         self.settings: Settings | None = None  # not known before the map has come
         self._waiting: dict[tuple[type[Message], str], Message] = {}
+        self._events: deque[Event] = deque(maxlen=MOST_EVENTS)  # all that come, not only the newest
 
     def take(self, message: Message, robot: str = FLEET) -> None:
         """Take in a message; ``robot`` is the one that its key names. What is of an older run is left out."""
@@ -30,6 +31,7 @@ class Fold:
         if run > self.run:
             self.run, self.time, self.over = run, 0.0, False
             self._waiting = {key: one for key, one in self._waiting.items() if isinstance(one, Map)}
+            self._events.clear()
         match message:
             case Clock(robots=robots, phase=phase, time=time):
                 self.robots, self.over, self.time = tuple(robots), phase is Phase.OVER, max(self.time, time)
@@ -38,8 +40,11 @@ class Fold:
                 self.settings = scenario.settings
             case Truth(time=time) | Sense(time=time):
                 self.time = max(self.time, time)
-            case Plan(robot=owner):
+            case Plan(robot=owner) | State(robot=owner):
                 robot = owner
+            case Event():
+                self._events.append(message)
+                return
         self._waiting[type(message), robot] = message
 
     def said(self) -> Iterator[tuple[Message, str, float]]:
@@ -49,6 +54,9 @@ class Fold:
         """
         if self.settings is None:
             return
+        while self._events:
+            event = self._events.popleft()
+            yield event, FLEET, event.time
         known = {FLEET, *self.robots}
         waiting = self._waiting
         self._waiting = {key: message for key, message in waiting.items() if key[1] not in known}
@@ -56,7 +64,7 @@ class Fold:
             match message:
                 case Truth(time=time) | Sense(time=time):
                     yield message, robot, time
-                case Plan(tick=tick):
+                case Plan(tick=tick) | State(tick=tick):
                     yield message, robot, tick / self.settings.rate
                 case _:
                     yield message, robot, self.time

@@ -2,7 +2,7 @@
 
 from msgspec import structs
 
-from swarm.bridge.ros2.folding import Fold
+from swarm.bridge.folding import Fold
 from swarm.messages import Map, Message, Phase, Plan, Sense
 from tests.messages.made import clock, truth
 from tests.robot.shared import FITS

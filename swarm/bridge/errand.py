@@ -1,0 +1,103 @@
+"""What becomes of one order that the world has accepted, by what the wire says of it. Pure: it takes messages."""
+
+from enum import StrEnum
+from typing import Final, NamedTuple
+
+from swarm.messages import Activity, Clock, Event, Liveness, Message, Order, Phase, State, Status
+from swarm.messages.naming import shortened
+
+
+class How(StrEnum):
+    """How an order ends."""
+
+    DONE = "done"
+    REPLACED = "superseded"  # by another order, or by the pool; the kind of the event that tells it
+    CANCELLED = "cancelled"  # the kind of the event that tells it
+    GIVEN_UP = "given up"  # no way leads to what is left
+    LOST = "lost"  # its robot; another process may take its place and go on
+    AGAIN = "again"  # the run was started again, without it
+    OVER = "over"  # the run
+
+
+REPLACED: Final = (How.REPLACED, How.CANCELLED)  # as kinds of events
+
+
+class End(NamedTuple):
+    """How an order has ended, in a sentence too."""
+
+    how: How
+    text: str
+
+
+class Errand:
+    """What is known of one order that was accepted: its robot, its number in its run."""
+
+    def __init__(self, robot: str, order: Order, number: int, run: int) -> None:
+        self.robot, self.number, self.run = robot, number, run
+        self.name = f"{robot}: order {shortened(order.id)}"
+        self._home = order.home
+        self.state: State | None = None  # the last of its robot
+        self.phase, self.heard = Phase.RUNNING, Liveness.ALIVE
+        self.asks = False  # the robot says that it has no target of this order left: the world has to be asked
+
+    @property
+    def underway(self) -> State | None:
+        """The last state of its robot, if that is about this order."""
+        return self.state if self.state is not None and self.state.assignment == self.number else None
+
+    def take(self, message: Message) -> End | None:
+        """Take in a message of the fleet; return how the order has ended, None if it has not."""
+        match message:
+            case State(robot=self.robot, run=self.run):
+                self.state = message
+                self.asks = message.assignment > self.number or self._has_all(message)
+                if message.assignment == self.number and message.activity is Activity.DONE and not self.asks:
+                    names = ", ".join(self.label(stop, len(message.reached)) for stop in message.unreachable)
+                    return self._not_done(How.GIVEN_UP, f"it has given up {names or 'what is left'}")
+            case Event(robot=self.robot, run=self.run) if message.kind in REPLACED:
+                # the text names what ended first, and then what has replaced it
+                if f"(number {self.number}): " in message.text:
+                    return self._not_done(How(message.kind), message.text.split("): ", 1)[1])
+            case Clock():
+                return self._hear(message)
+            case Status(run=self.run):
+                return self._look(message)
+        return None
+
+    def past(self) -> End | None:
+        """Return the end of an order that the robot has no longer and that nothing has replaced: it was done."""
+        newer = self.state is not None and self.state.assignment > self.number
+        return End(How.DONE, f"{self.name} is done") if newer else None
+
+    def label(self, stop: int, stops: int) -> str:
+        """Return the name of one of its stops."""
+        return "home" if self._home and stop == stops - 1 else f"target {stop + 1}"
+
+    def _hear(self, clock: Clock) -> End | None:
+        """Take in the run's clock."""
+        self.phase = clock.phase
+        seen = clock.presence.get(self.robot)
+        self.heard = Liveness.ALIVE if seen is None else seen.liveness
+        if clock.run > self.run:
+            return self._not_done(How.AGAIN, "the run was started again, without it")
+        if clock.phase is Phase.OVER:
+            return self._not_done(How.OVER, "the run is over")
+        if self.heard is Liveness.LOST:
+            return self._not_done(How.LOST, f"{self.robot} is lost; it goes on if a process takes its place")
+        return None
+
+    def _look(self, status: Status) -> End | None:
+        """Take in what the world has measured: it counts where a robot was, not what it says."""
+        for row in status.robots:
+            if row.robot == self.robot and row.state.assignment == self.number and row.account is not None:
+                times = [time for time in row.account.reached if time is not None]
+                if times and len(times) == row.account.targets:
+                    reached = f"{len(times)} target{'s' * (len(times) > 1)} reached, the last at {times[-1]:.1f} s"
+                    return End(How.DONE, f"{self.name} is done: {reached}")
+        return None
+
+    def _not_done(self, how: How, why: str) -> End:
+        return End(how, f"{self.name} is not done: {why}")
+
+    def _has_all(self, state: State) -> bool:
+        return state.assignment == self.number and bool(state.reached) and all(state.reached)

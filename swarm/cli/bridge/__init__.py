@@ -1,0 +1,16 @@
+"""The command `swarm bridge`: a running fleet as other worlds of robotics see it, a file for each of these worlds."""
+
+from typing import Final
+
+from swarm.cli.bridge import ros2
+from swarm.cli.parsing import Commands, Parser
+
+OTHERS: Final = (ros2,)
+
+
+def add(commands: "Commands[Parser]") -> None:
+    """Add this command to the command line, with one below it for each of the other worlds."""
+    one = commands.add_parser("bridge", help="show a running fleet to other software, and take orders from it")
+    others: Commands[Parser] = one.add_subparsers(required=True, dest="to", metavar="TO", parser_class=Parser)
+    for other in OTHERS:
+        other.add(others)
