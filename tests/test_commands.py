@@ -77,6 +77,7 @@ PARSED: Final = {  # command: why it is not run
     "swarm run office": "drives for two minutes; the same",
     "swarm bridge ros2": "goes on until the run is over; tests/bridge/ros2/test_process.py runs it",
     "swarm why r5 run.swarm --at 7.5 --prove": "the same; tests/world/explain asks tapes, and a transcript is run",
+    "swarm why r3 run.swarm --at 12": "the same",
     "swarm why r3": "asks a fleet that runs; tests/world/explain/test_processes.py does",
     "swarm diff run.swarm other.swarm": "the same; tests/world/explain/test_parting.py compares tapes",
     "swarm diff before.swarm after.swarm": "the same",
