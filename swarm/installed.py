@@ -57,6 +57,12 @@ def check() -> None:
             raise ConfigError(f"{library}: expected it with zenoh-swarm, found none; run `pip install {library}`")
 
 
+def installed() -> list[str]:
+    """Return the libraries that are installed of those that this package uses, those of its extras last."""
+    known = {**LIBRARIES} | {name: module for extra in EXTRAS.values() for name, module in extra.items()}
+    return [name for name, module in known.items() if find_spec(module) is not None]
+
+
 def without(extra: str) -> str | None:
     """Return a sentence that says how to install an extra, or None if it is installed."""
     missing = any(find_spec(name) is None for name in EXTRAS[extra].values())
