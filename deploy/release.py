@@ -1,7 +1,7 @@
 """A release: ``make release`` builds all of it but the upload, ``make release VERSION=0.2.0`` names it first.
 
-With a version, pyproject.toml and CHANGELOG.md get it, as a commit with a tag. ``--home`` writes the project's addresses
-into pyproject.toml, once it is known where it is published. What is built lies in build/release: the wheel and the
+With a version, pyproject.toml and CHANGELOG.md get it, as a commit with a tag. ``--home`` writes where the project is
+published into pyproject.toml, once it is known. What is built lies in build/release: the wheel and the
 source, checked by twine, the site, and the checksums of all; images are built if docker or buildah answers.
 """
 
