@@ -67,6 +67,7 @@ def test_a_publisher_and_a_subscriber_have_a_key_and_a_token() -> None:
 def test_a_gid_is_the_digest_of_the_token_from_its_low_end() -> None:
     """The canonical form of XXH3-128 is big-endian; rmw_zenoh copies the two halves of the number as they are."""
     endpoint = R1.endpoint(5, EndpointKind.PUBLISHER, ODOMETRY, "RIHS01_12")
+    assert endpoint.token is not None
     assert endpoint.gid == xxh3_128_digest(endpoint.token.encode())[::-1]
 
 
