@@ -27,9 +27,24 @@ class Asked:
     """
 
     key: str
-    payload: bytes
-    attachment: bytes | None
+    limit: int  # bytes
     query: zenoh.Query = field(repr=False)
+
+    def read(self) -> bytes:
+        """Return its payload.
+
+        Raises:
+            PeerError: it is too long.
+        """
+        payload = self.query.payload
+        if payload is not None and len(payload) > self.limit:
+            raise PeerError(f"expected at most {self.limit} bytes, got {len(payload)}")
+        return b"" if payload is None else payload.to_bytes()
+
+    @property
+    def attachment(self) -> bytes | None:
+        """What is attached to it; None: nothing."""
+        return None if self.query.attachment is None else self.query.attachment.to_bytes()
 
     def answer(self, payload: bytes, attachment: bytes | None) -> None:
         """Send the answer."""
@@ -122,19 +137,12 @@ class Foreign:
         channel: zenoh.handlers.RingChannel[Any] = zenoh.handlers.RingChannel(ASKING)
         self._queryables[key] = self._session.declare_queryable(key, channel, complete=True), limit
 
-    def asked(self, key: str) -> list[Asked | PeerError]:
-        """Return the requests on a key since the last call; one that is too long is refused, and is an error here."""
+    def asked(self, key: str) -> list[Asked]:
+        """Return the requests on a key since the last call."""
         queryable, limit = self._queryables[key]
-        found: list[Asked | PeerError] = []
+        found = []
         while (query := queryable.try_recv()) is not None:
-            payload = b"" if query.payload is None else query.payload
-            attached = None if query.attachment is None else query.attachment.to_bytes()
-            if len(payload) <= limit:
-                found.append(Asked(key, bytes(payload), attached, query))
-            else:
-                fault = PeerError(f"expected at most {limit} bytes, got {len(payload)}")
-                Asked(key, b"", None, query).refuse(str(fault))
-                found.append(fault)
+            found.append(Asked(key, limit, query))
         return found
 
     def withdraw(self, key: str) -> None:

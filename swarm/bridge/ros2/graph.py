@@ -92,14 +92,10 @@ class LiveNode:
         endpoint = self._served[service.name]
         for asked in self._session.asked(endpoint.key):
             try:
-                if isinstance(asked, PeerError):
-                    raise asked
                 endpoint.answering(asked.attachment, 0)
-                message = self._ros.deserialize(f"{service.type}_Request", asked.payload)
+                message = self._ros.deserialize(f"{service.type}_Request", asked.read())
             except PeerError as fault:
-                text = self.refuse(service, fault)
-                if isinstance(asked, Asked):
-                    asked.refuse(text)
+                asked.refuse(self.refuse(service, fault))
                 continue
             yield Request(message, self._ros, f"{service.type}_Response", asked, endpoint)
 

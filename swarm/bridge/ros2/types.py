@@ -27,11 +27,19 @@ class Types:
         self._store = get_typestore(DISTROS[distro])
         del self._store.fielddefs[EVENT_INFO]
         for name, text in MESSAGES.items():
-            self._store.register({name: parsed(text)})
+            self._store.register({name: _parsed(text)})
         for name, service in SERVICES.items():
-            self._store.register(dict(of_service(name, service)))
+            self.add_service(name, service)
         for name, action in ACTIONS[distro].items():
-            self._store.register(dict(of_action(name, action)))
+            self.add_action(name, action)
+
+    def add_service(self, name: str, text: ServiceText) -> None:
+        """Add a service; the type of that name has its hash (rosidl's service type descriptions)."""
+        self._store.register(dict(_service(name, _parsed(text.request), _parsed(text.response))))
+
+    def add_action(self, name: str, text: ActionText) -> None:
+        """Add an action: its parts, its two services and its feedback message."""
+        self._store.register(dict(_action(name, text)))
 
     def make(self, name: str, **fields: Any) -> Any:  # noqa: ANN401, rosbags makes the classes when it starts
         """Return a message with all its fields."""
@@ -66,26 +74,21 @@ class Types:
         return found
 
 
-def parsed(text: str) -> tuple[Any, Any]:
+def _parsed(text: str) -> tuple[Any, Any]:
     """Return the constants and the fields of a definition, as rosbags has them; one without fields gets ROS's own."""
     ((_, found),) = get_types_from_msg(text or "uint8 structure_needs_at_least_one_member", "any/msg/Part").items()
     return found
 
 
-def of_service(name: str, text: ServiceText) -> Iterator[tuple[str, Any]]:
-    """Yield the types of a service; that of the name itself has its hash (rosidl's service type descriptions)."""
-    yield from _service(name, parsed(text.request), parsed(text.response))
-
-
-def of_action(name: str, text: ActionText) -> Iterator[tuple[str, Any]]:
-    """Yield the types of an action: its parts, its two services and its feedback message (REP-2011's, in rosidl)."""
+def _action(name: str, text: ActionText) -> Iterator[tuple[str, Any]]:
+    """Yield the types of an action (https://design.ros2.org/articles/actions.html)."""
     for part, definition in zip(("Goal", "Result", "Feedback"), text, strict=True):
-        yield f"{name}_{part}", parsed(definition)
+        yield f"{name}_{part}", _parsed(definition)
     goal_id = "goal_id", (Nodetype.NAME, "unique_identifier_msgs/msg/UUID")
     yield from _service(
         f"{name}_SendGoal",
         ([], [goal_id, ("goal", (Nodetype.NAME, f"{name}_Goal"))]),
-        parsed("bool accepted\nbuiltin_interfaces/Time stamp"),
+        _parsed("bool accepted\nbuiltin_interfaces/Time stamp"),
     )
     status = "status", (Nodetype.BASE, ("int8", 0))
     yield from _service(
