@@ -47,7 +47,8 @@ def run(
     """
     with told_to_stop() as stop, Bus(endpoint, fleet, log) as bus, Foreign(router) as session:
         bridge = Bridge(bus, session, Types(distro), domain, dialect=dialect, wall_time=wall_time, log=log)
-        log(f"fleet {fleet} is in ROS domain {domain} ({distro}) on {router}")
+        how = f"in ROS domain {domain} ({distro})" if dialect is Dialect.RMW_ZENOH else f"as {dialect} has robots"
+        log(f"fleet {fleet} is {how} on {router}")
         bridge.follow(stop.is_set)
     return 0
 

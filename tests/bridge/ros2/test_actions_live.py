@@ -4,6 +4,7 @@ import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from queue import SimpleQueue
 from typing import NamedTuple
 
 import pytest
@@ -170,3 +171,30 @@ def test_no_goal_hangs_when_the_fleet_starts_again_or_the_bridge_ends(
             ABORTED, f"r1: order {second.hex()[:8]} is out of sight: the bridge ends",
         )  # fmt: skip
         assert seen.bridge.end() == 0
+
+
+@pytest.mark.costs("a robot drives to a goal in real time")
+def test_a_fleet_adapter_for_ros2dds_sees_the_same_without_attachments(
+    small: Path, tmp_runtime: Path, endpoint: Endpoint
+) -> None:
+    """Open-RMF's free_fleet takes robots from zenoh-bridge-ros2dds; the keys are those in its source."""
+    with bridged(small, tmp_runtime, endpoint, "--dialect", "ros2dds") as seen:
+        assert f"is as ros2dds has robots on {endpoint}" in seen.bridge.await_line("fleet ")
+        frames: SimpleQueue[zenoh.Sample] = SimpleQueue()
+        subscriber = seen.session.declare_subscriber("r1/tf", frames.put)
+        moved = frames.get(timeout=PATIENCE)
+        subscriber.undeclare()  # type: ignore[no-untyped-call]
+        assert moved.attachment is None
+        assert b"base_footprint" in moved.payload.to_bytes()
+        with Client(seen.session, None, "r1") as client:
+            first, second = uuid(), uuid()
+            assert not client.send(first, placed(5.5, 3.5))
+            assert client.send(first, NEAR)
+            assert client.cancel() == (NONE, [first])
+            assert client.result(first).get(Result).status == CANCELED
+            assert client.send(second, FAR)
+            heard = first
+            while heard != second:
+                heard = bytes(Feedback.deserialize(client.feedback.get(timeout=PATIENCE).payload.to_bytes()).goal_id)
+            assert client.result(second).get(Result).status == SUCCEEDED
+            assert client.await_status(second, SUCCEEDED)[-1] == SUCCEEDED

@@ -198,7 +198,7 @@ def distance_to(goal: tuple[float, float], sample: zenoh.Sample) -> float:
 def test_on_the_fleets_router_with_the_time_of_the_machine(small: Path, tmp_runtime: Path) -> None:
     with Fleet(small, "--serve", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
         fleet.await_all(bus)
-        command = ("bridge", "ros2", "--wall-time", "--distro", "kilted")
+        command = ("bridge", "ros2", "--clock", "wall", "--distro", "kilted")
         with Command(*command, runtime=tmp_runtime) as bridge, ros(fleet.endpoint, 0) as session:
             bridge.await_line("is in ROS domain 0 (kilted)")
             tokens = session.tokens()

@@ -20,7 +20,7 @@ from swarm.bridge.ros2.wire import (
     attachment,
     namespaces,
 )
-from swarm.cli.bridge.ros2 import DISTROS as OFFERED
+from swarm.cli.bridge import ros2
 from swarm.errors import PeerError
 
 # fmt: off
@@ -68,8 +68,9 @@ def test_the_hash_of_every_topic_is_known() -> None:
     assert {topic.type for topic in (*OF_FLEET, *OF_ROBOT, *HEARD)} <= HASHES.keys()
 
 
-def test_the_command_offers_the_distributions_whose_types_are_known() -> None:
-    assert tuple(DISTROS) == OFFERED
+def test_the_command_offers_what_the_bridge_knows() -> None:
+    assert tuple(DISTROS) == ros2.DISTROS
+    assert tuple(Dialect) == ros2.DIALECTS
 
 
 def test_a_node_has_a_token() -> None:
