@@ -30,6 +30,10 @@ class Request:
         payload = self._ros.serialize(self._type, self._ros.make(self._type, **fields))
         self._asked.answer(payload, self._endpoint.answering(self._asked.attachment, time_ns()))
 
+    def refuse(self, reason: str) -> None:
+        """Send an error with its reason."""
+        self._asked.refuse(reason)
+
 
 class LiveNode:
     """A node in one namespace, present in ROS until ``close``, with what it offers, hears and serves."""

@@ -70,10 +70,15 @@ class Navigator:
                     self._end(action, goal, ENDS.get(end.how, GoalStatus.ABORTED), end.text)
 
     def abort(self, why: str) -> None:
-        """End all goals: the bridge shows the robot no more. The fleet keeps its orders."""
+        """End all goals and answer all requests: the bridge shows the robot no more. The fleet keeps its orders."""
         for action, goals in self._goals.items():
             for goal in goals.open:
                 self._end(action, goal, GoalStatus.ABORTED, f"{goal.errand.name} is out of sight: {why}")
+            for service in (action.send_goal, action.cancel_goal):
+                for request in self._node.requests(service):
+                    request.refuse(why)
+            for request in self._node.requests(action.get_result):
+                self._answer_with_result(action, request)
 
     def tell(self, pose: Pose, speed: float, at: int) -> None:
         """Send feedback if it is time for it; the robot's pose, its top speed [m/s] and now [ns] are given."""

@@ -1,5 +1,6 @@
 """A client of ROS's actions that knows nothing of this project: plain zenoh, and messages of pycdr2 as free_fleet has."""
 
+import json
 import struct
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -312,3 +313,38 @@ def client_session(router: Endpoint) -> Iterator[zenoh.Session]:
     config.insert_json5("connect/endpoints", f'["{router}"]')
     with zenoh.open(config) as session:
         yield session
+
+
+# in what rmw_zenohd's configuration differs from Zenoh's (rmw_zenoh's DEFAULT_RMW_ZENOH_ROUTER_CONFIG.json5)
+OF_ROUTER: Final = {
+    "scouting/multicast/enabled": False,
+    "scouting/gossip/target": {"router": ["router", "peer"], "peer": ["router"]},
+    "scouting/gossip/autoconnect": {"router": [], "peer": ["router", "peer"]},
+    "timestamping/enabled": {"router": True, "peer": True, "client": True},
+    "queries_default_timeout": 60_000,
+    "routing/router/peers_failover_brokering": False,
+}
+
+
+@contextmanager
+def router_of_ros(place: Endpoint) -> Iterator[None]:
+    """Run a router with the settings of ROS's own."""
+    config = zenoh.Config()
+    for key, value in {"mode": "router", "listen/endpoints": [str(place)], **OF_ROUTER}.items():
+        config.insert_json5(key, json.dumps(value))
+    with zenoh.open(config):
+        yield
+
+
+def await_token(heard: "SimpleQueue[zenoh.Sample]", part: str, kind: zenoh.SampleKind) -> None:
+    """Wait until a token with a part in its key comes, or goes."""
+    sample = heard.get(timeout=PATIENCE)
+    while sample.kind != kind or part not in str(sample.key_expr):
+        sample = heard.get(timeout=PATIENCE)
+
+
+def tokens(session: zenoh.Session, domain: int) -> tuple["SimpleQueue[zenoh.Sample]", Any]:
+    """Watch the graph of ROS; hold the second one as long as it is to last."""
+    heard: SimpleQueue[zenoh.Sample] = SimpleQueue()
+    watching = session.liveliness().declare_subscriber(f"@ros2_lv/{domain}/**", heard.put, history=True)
+    return heard, watching

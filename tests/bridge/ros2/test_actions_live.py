@@ -2,7 +2,7 @@
 
 import signal
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from queue import SimpleQueue
 from typing import NamedTuple
@@ -28,8 +28,11 @@ from tests.bridge.ros2.foreign import (
     ThroughFeedback,
     Time,
     ToPoseRequest,
+    await_token,
     client_session,
     placed,
+    router_of_ros,
+    tokens,
     uuid,
 )
 from tests.launch.actors import PATIENCE, Command, Fleet
@@ -165,6 +168,7 @@ def test_no_goal_hangs_when_the_fleet_starts_again_or_the_bridge_ends(
         assert "the run was started again, without it" in waiting.get(Result).error_msg
         assert client.send(second, FAR)
         waiting = client.result(second)
+        assert client.cancel(uuid()) == (UNKNOWN_GOAL, []), "the request for the result has come, too"
         seen.bridge.process.send_signal(signal.SIGTERM)
         result = waiting.get(Result)
         assert (result.status, result.error_msg) == (
@@ -198,3 +202,37 @@ def test_a_fleet_adapter_for_ros2dds_sees_the_same_without_attachments(
                 heard = bytes(Feedback.deserialize(client.feedback.get(timeout=PATIENCE).payload.to_bytes()).goal_id)
             assert client.result(second).get(Result).status == SUCCEEDED
             assert client.await_status(second, SUCCEEDED)[-1] == SUCCEEDED
+
+
+@pytest.mark.costs("a robot drives to a goal, and the bridge starts twice")
+def test_a_goal_outlives_the_router_of_ros_but_not_a_bridge_that_is_killed(small: Path, tmp_runtime: Path) -> None:
+    """What a client waits for ends with its router, or with the bridge; then it asks again."""
+    place = Endpoint("127.0.0.1", 0).claim()
+    first, served = uuid(), "navigate_to_pose%_action%send_goal"
+    bridge = ("bridge", "ros2", "--ros", str(place), "--domain", str(DOMAIN))
+    with ExitStack() as stack:
+        router = stack.enter_context(ExitStack())
+        router.enter_context(router_of_ros(place))
+        seen = stack.enter_context(bridged(small, tmp_runtime, place))
+        with Client(seen.session, DOMAIN, "r1") as client:
+            assert client.send(first, FAR)
+        router.close()
+        stack.enter_context(router_of_ros(place))
+        session = stack.enter_context(client_session(place))
+        heard, watching = tokens(session, DOMAIN)
+        await_token(heard, f"%r1%{served}", zenoh.SampleKind.PUT)
+        with Client(session, DOMAIN, "r1") as client:
+            assert client.result(first).get(Result).status == SUCCEEDED
+            second = uuid()
+            assert client.send(second, NEAR)
+            waiting = client.result(second)
+            assert client.cancel(uuid()) == (UNKNOWN_GOAL, [])
+            seen.bridge.process.kill()
+            with pytest.raises(AssertionError, match="ended without an answer"):
+                waiting.get(Result)
+            await_token(heard, f"%r1%{served}", zenoh.SampleKind.DELETE)
+            with Command(*bridge, runtime=tmp_runtime):
+                await_token(heard, f"%r1%{served}", zenoh.SampleKind.PUT)
+                assert client.result(second).get(Result).status == UNKNOWN
+                assert client.send(uuid(), FAR)
+        watching.undeclare()
