@@ -13,9 +13,10 @@ from swarm.bridge.ros2.convert import SECOND, Said, converted
 from swarm.bridge.ros2.goals import ordered
 from swarm.bridge.ros2.graph import LiveNode
 from swarm.bridge.ros2.navigator import ANSWER, Navigator
+from swarm.bridge.ros2.node_services import WITH_STATE, answer, services
 from swarm.bridge.ros2.topics import CLOCK, GOAL, HEARD, INITIAL_POSE, OF_FLEET, OF_ROBOT
 from swarm.bridge.ros2.types import Types
-from swarm.bridge.ros2.wire import NODE, Dialect, Node, namespaces
+from swarm.bridge.ros2.wire import NODE, Dialect, Node, RosService, RosTopic, namespaces
 from swarm.bus import Bus, Endpoint
 from swarm.bus.foreign import Foreign
 from swarm.bus.losses import Ledger
@@ -24,7 +25,8 @@ from swarm.geometry import Pose
 from swarm.messages import ORDER, Truth
 from swarm.stopping import told_to_stop
 
-HEED: Final = 0.01  # s between two looks at what ROS asks: each costs a call for each topic and service
+HEED: Final = 0.01  # s between two looks at what ROS asks of robots: each costs a call for each topic and service
+ATTEND: Final = 0.1  # s between two looks at what it asks of nodes
 
 
 def run(
@@ -78,9 +80,10 @@ class Bridge:
         self._refused: dict[str, str] = {}  # robots without a namespace
         self._poses: dict[str, Pose] = {}  # of the last truth
         offered = tuple(topic for topic in OF_FLEET if topic is not CLOCK or not wall_time)
-        self._nodes: dict[str, LiveNode] = {FLEET: self._node("/", offers=offered)}
+        self._attended: dict[str, dict[str, LiveNode]] = {}  # by robot and name: what tools ask of nodes
+        self._nodes: dict[str, LiveNode] = {FLEET: self._main_node(FLEET, "/", offers=offered)}
         self._navigators: dict[str, Navigator] = {}  # by robot
-        self._heeded = 0.0  # s, when it was looked last at what ROS asks
+        self._heed_at = self._attend_at = 0.0  # s, when to look again at what ROS asks
 
     def follow(self, stopped: Callable[[], bool]) -> None:
         """Hand on all that comes, in both directions, until the run is over."""
@@ -90,9 +93,13 @@ class Bridge:
                     self._navigators[errand.robot].end(errand, end)
             self._show_robots()
             self._speak()
-            if monotonic() - self._heeded >= HEED:
-                self._heeded = monotonic()
+            now = monotonic()
+            if now >= self._heed_at:
+                self._heed_at = now + HEED
                 self._heed()
+            if now >= self._attend_at:
+                self._attend_at = now + ATTEND
+                self._attend()
             self._ledger.flush()
         for one in self._navigators.values():
             one.abort("the run is over" if self._fold.over else "the bridge ends")
@@ -114,11 +121,17 @@ class Bridge:
             self._log(f"{robot} is not in ROS: its name there would be that of {refused[robot]}; rename one of them")
         for robot in self._spaces.keys() - spaces.keys():
             self._navigators.pop(robot).abort("the run has that robot no more")
-            self._nodes.pop(robot).close()
+            del self._nodes[robot]
+            for node in self._attended.pop(robot).values():
+                node.close()
         for robot, space in spaces.items():
             if robot not in self._spaces:
-                node = self._node(space, offers=(*OF_ROBOT, *navigator.OFFERED), hears=HEARD, serves=navigator.SERVED)
+                node = self._main_node(
+                    robot, space, offers=(*OF_ROBOT, *navigator.OFFERED), hears=HEARD, serves=navigator.SERVED
+                )
                 self._nodes[robot] = node
+                for name in WITH_STATE:
+                    self._attended[robot][name] = self._node(space, name, serves=services(name))
                 self._navigators[robot] = Navigator(
                     robot, node, self._ros, self._bus, self._fleet.errands, self._log
                 )  # fmt: skip
@@ -166,7 +179,24 @@ class Bridge:
         except PeerError as fault:
             self._log(str(fault))
 
-    def _node(self, namespace: str, name: str = NODE, **what: Any) -> LiveNode:  # noqa: ANN401
+    def _attend(self) -> None:
+        """Answer what tools ask of nodes."""
+        known = {"use_sim_time": not self._wall_time}
+        for nodes in self._attended.values():
+            for name, node in nodes.items():
+                for service in services(name):
+                    for request in node.requests(service):
+                        request.answer(**answer(self._ros, service, request.message, known))
+
+    def _main_node(
+        self, robot: str, namespace: str, offers: tuple[RosTopic, ...], hears: tuple[RosTopic, ...] = (),
+        serves: tuple[RosService, ...] = (),
+    ) -> LiveNode:  # fmt: skip
+        node = self._node(namespace, NODE, offers=offers, hears=hears, serves=(*serves, *services(NODE)))
+        self._attended[robot] = {NODE: node}
+        return node
+
+    def _node(self, namespace: str, name: str, **what: Any) -> LiveNode:  # noqa: ANN401
         node = Node(
             domain=self._domain, session=self._session.id, number=next(self._numbers), namespace=namespace, name=name,
             dialect=self._dialect,

@@ -41,7 +41,7 @@ class Types:
         """Add an action: its parts, its two services and its feedback message."""
         self._store.register(dict(_action(name, text)))
 
-    def make(self, name: str, **fields: Any) -> Any:  # noqa: ANN401, rosbags makes the classes when it starts
+    def make(self, name: str, /, **fields: Any) -> Any:  # noqa: ANN401, rosbags makes the classes when it starts
         """Return a message with all its fields."""
         return self._store.types[name](**fields)
 

@@ -1,6 +1,7 @@
 """Nav2's actions on a real fleet, by a client with plain zenoh and messages of another library."""
 
 import signal
+import struct
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
@@ -60,6 +61,7 @@ def bridged(small: Path, runtime: Path, router: Endpoint, *arguments: str) -> It
             yield Seen(fleet, bridge, session)
 
 
+GET_STATE = "RIHS01_800a0a5aae599782b02932de0caf563f6dc4e7e94b794eadde075ba2cbef9795"
 FAR, NEAR = placed(9.5, 2.0), placed(9.5, 6.0)
 
 
@@ -110,6 +112,14 @@ def test_what_cannot_be_a_goal_is_refused_and_counted(small: Path, tmp_runtime: 
             assert not through.send_through(uuid())
             seen.bridge.await_line("poses: expected at least one, got none")
         assert client.send(uuid(), FAR), "it goes on"
+        for node in ("bt_navigator", "amcl"):  # Nav2's own client waits for both before it sends a goal
+            key = f"{DOMAIN}/r1/{node}/get_state/lifecycle_msgs::srv::dds_::GetState_/{GET_STATE}"
+            (reply,) = seen.session.get(
+                key, payload=b"\x00\x01\x00\x00\x00", attachment=struct.pack("<qqB16s", 1, 1, 16, bytes(16)),
+                target=zenoh.QueryTarget.ALL_COMPLETE, timeout=PATIENCE,
+            )  # fmt: skip
+            assert reply.ok is not None
+            assert reply.ok.payload.to_bytes() == b"\x00\x01\x00\x00\x03\x00\x00\x00\x07\x00\x00\x00active\x00"
 
 
 @pytest.mark.costs("a robot drives to two goals in real time")

@@ -167,7 +167,7 @@ def test_ros_on_its_own_router_sees_the_fleet_and_sends_a_robot(
             until(odometry, lambda sample: distance_to((9.5, 4.0), sample) < 0.4)
 
             assert main(["add-robots", "1"]) == 0
-            assert endpoints(tokens, of_robot("r3"), zenoh.SampleKind.PUT) == {"%r3"}
+            assert "%r3" in endpoints(tokens, of_robot("r3"), zenoh.SampleKind.PUT)
 
             assert main(["stop"]) == 0
             bridge.await_line("the run is over")
