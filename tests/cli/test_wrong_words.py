@@ -28,6 +28,8 @@ SAID: Final = {  # command: the sentence, without "swarm: "
     "pool 1e9,2":                         "expected a point X,Y, each within 1e6 m, got '1e9,2'; for example 1.5,2",
     "edit lava 1,1 2,2":                  "edit: argument kind: invalid choice: 'lava' (choose from 'wall', 'obstacle', 'free'); see swarm edit --help",
     "bridge":                             "bridge: the following arguments are required: TO; see swarm bridge --help",
+    "run paper --bridge ros3":            "run: argument --bridge: invalid choice: 'ros3' (choose from 'ros2'); see swarm run --help",
+    "run paper --bridge ros2 --secure k": "--bridge ros2: expected a fleet without keys, got --secure: its router serves nobody else; name another router with `swarm bridge ros2`",
     "bridge ros3":                        "bridge: argument TO: invalid choice: 'ros3' (choose from 'ros2'); see swarm bridge --help",
     "bridge ros2 --domain 233":           "--domain: expected a whole number from 0 to 232, got '233'",
     "bridge ros2 --domain -1":            "--domain: expected a whole number from 0 to 232, got '-1'",

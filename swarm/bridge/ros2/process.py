@@ -32,21 +32,22 @@ ATTEND: Final = 0.1  # s between two looks at what it asks of nodes
 def run(
     endpoint: Endpoint,
     fleet: str,
-    router: Endpoint,
-    domain: int,
-    distro: str,
+    router: Endpoint | None = None,
+    domain: int = 0,
+    distro: str = "jazzy",
     *,
     dialect: Dialect = Dialect.RMW_ZENOH,
     wall_time: bool = False,
     log: Callable[[str], None] = print,
 ) -> int:
-    """Show a fleet to ROS, on another router or the same, until its run is over or we are told to stop.
+    """Show a fleet to ROS, on another router or, with None, the same, until its run is over or we are told to stop.
 
     Stamps are those of the run, which ``/clock`` tells; with ``wall_time`` those of this machine, without ``/clock``.
 
     Raises:
         ConfigError: one of the routers does not answer.
     """
+    router = endpoint if router is None else router
     with told_to_stop() as stop, Bus(endpoint, fleet, log) as bus, Foreign(router) as session:
         bridge = Bridge(bus, session, Types(distro), domain, dialect=dialect, wall_time=wall_time, log=log)
         how = f"in ROS domain {domain} ({distro})" if dialect is Dialect.RMW_ZENOH else f"as {dialect} has robots"

@@ -257,3 +257,19 @@ def test_robots_of_which_the_run_knows_no_more_are_withdrawn_and_namesakes_are_t
             assert endpoints(tokens, of_robot("arm_2"), zenoh.SampleKind.DELETE) <= {"%arm_2"}
             world.send(CLOCK, clock(phase=Phase.OVER, robots=("r1",)))
             assert bridge.end() == 0
+
+
+def test_the_launcher_starts_the_bridge_and_starts_it_again(small: Path, tmp_runtime: Path) -> None:
+    with Fleet(small, "--serve", "--bridge", "ros2", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
+        fleet.await_all(bus)
+        with ros(fleet.endpoint, 0) as session:
+            tokens = session.tokens()
+            endpoints(tokens, OFFERED | of_robot("r1") | of_robot("r2"), zenoh.SampleKind.PUT)
+            fleet.await_member("ros2").kill()
+            fleet.await_line("ros2 was ended by signal 9; started again")
+            endpoints(tokens, OFFERED, zenoh.SampleKind.DELETE)
+            endpoints(tokens, OFFERED | of_robot("r1") | of_robot("r2"), zenoh.SampleKind.PUT)
+            assert main(["stop"]) == 0
+            fleet.end()
+    assert "has left" not in fleet.text
+    fleet.assert_nobody_is_left()
