@@ -33,7 +33,7 @@ SAID: Final = {  # command: the sentence, without "swarm: "
     "bridge ros3":                        "bridge: argument TO: invalid choice: 'ros3' (choose from 'ros2'); see swarm bridge --help",
     "bridge ros2 --domain 233":           "--domain: expected a whole number from 0 to 232, got '233'",
     "bridge ros2 --domain -1":            "--domain: expected a whole number from 0 to 232, got '-1'",
-    "bridge ros2 --distro humble":        "bridge ros2: argument --distro: invalid choice: 'humble' (choose from 'jazzy', 'kilted'); see swarm bridge ros2 --help",
+    "bridge ros2 --distro humble":        "bridge ros2: argument --distro: invalid choice: 'humble' (choose from 'jazzy', 'kilted', 'lyrical'); see swarm bridge ros2 --help",
     "bridge ros2 --dialect dds":          "bridge ros2: argument --dialect: invalid choice: 'dds' (choose from 'rmw_zenoh', 'ros2dds'); see swarm bridge ros2 --help",
     "bridge ros2 --clock sun":            "bridge ros2: argument --clock: invalid choice: 'sun' (choose from 'run', 'wall'); see swarm bridge ros2 --help",
     "bridge ros2 --secure keys":          "--secure: expected --ros ENDPOINT too, got none: the router of a fleet with keys serves no others; name the router of ROS",

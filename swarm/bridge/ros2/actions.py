@@ -193,6 +193,8 @@ def feedback(ros: Types, action: Action, goal: Goal, pose: Pose, speed: float, a
         "estimated_time_remaining": duration(ros, round(distance / speed * SECOND)),
         "number_of_recoveries": 0,
         "distance_remaining": distance,
+        "position_tracking_error": 0.0,  # from Lyrical on
+        "heading_tracking_error": 0.0,
         "number_of_poses_remaining": left,
         "waypoint_statuses": [],
     }

@@ -55,23 +55,29 @@ float32 distance_remaining"""
 OF_WAYPOINTS: Final = "nav2_msgs/WaypointStatus[] waypoint_statuses"
 OF_ERROR: Final = "uint16 error_code\nstring error_msg"
 
-TO_POSE_TEXT: Final = ActionText("geometry_msgs/PoseStamped pose\nstring behavior_tree", OF_ERROR, FEEDBACK)
-THROUGH_POSES_TEXT: Final = ActionText(
-    "nav_msgs/Goals poses\nstring behavior_tree",
-    f"{OF_ERROR}\n{OF_WAYPOINTS}",
-    f"{FEEDBACK}\nint16 number_of_poses_remaining\n{OF_WAYPOINTS}",
-)
+OF_TRACKING: Final = "float32 position_tracking_error\nfloat32 heading_tracking_error"
+LEFT: Final = "int16 number_of_poses_remaining"
+
+ONE_POSE: Final = "geometry_msgs/PoseStamped pose\nstring behavior_tree"
+GOALS: Final = "nav_msgs/Goals poses\nstring behavior_tree"
 
 ACTIONS: Final = {  # by distribution
     "jazzy": {
-        TO_POSE: TO_POSE_TEXT,
+        TO_POSE: ActionText(ONE_POSE, OF_ERROR, FEEDBACK),
         THROUGH_POSES: ActionText(
-            "geometry_msgs/PoseStamped[] poses\nstring behavior_tree",
-            OF_ERROR,
-            f"{FEEDBACK}\nint16 number_of_poses_remaining",
+            "geometry_msgs/PoseStamped[] poses\nstring behavior_tree", OF_ERROR, f"{FEEDBACK}\n{LEFT}"
         ),
     },
-    "kilted": {TO_POSE: TO_POSE_TEXT, THROUGH_POSES: THROUGH_POSES_TEXT},
+    "kilted": {
+        TO_POSE: ActionText(ONE_POSE, OF_ERROR, FEEDBACK),
+        THROUGH_POSES: ActionText(GOALS, f"{OF_ERROR}\n{OF_WAYPOINTS}", f"{FEEDBACK}\n{LEFT}\n{OF_WAYPOINTS}"),
+    },
+    "lyrical": {
+        TO_POSE: ActionText(ONE_POSE, OF_ERROR, f"{FEEDBACK}\n{OF_TRACKING}"),
+        THROUGH_POSES: ActionText(
+            GOALS, f"{OF_ERROR}\n{OF_WAYPOINTS}", f"{FEEDBACK}\n{OF_TRACKING}\n{LEFT}\n{OF_WAYPOINTS}"
+        ),
+    },
 }
 
 MESSAGES: Final = {

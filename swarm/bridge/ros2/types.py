@@ -12,7 +12,9 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from swarm.bridge.ros2.interfaces import ACTIONS, MESSAGES, SERVICES, ActionText, ServiceText
 from swarm.errors import PeerError
 
-DISTROS: Final = MappingProxyType({"jazzy": Stores.ROS2_JAZZY, "kilted": Stores.ROS2_KILTED})
+DISTROS: Final = MappingProxyType(
+    {"jazzy": Stores.ROS2_JAZZY, "kilted": Stores.ROS2_KILTED, "lyrical": Stores.ROS2_LYRICAL}
+)
 CDR_HEADER: Final = b"\x00\x01\x00\x00"  # little-endian XCDR1 (OMG DDS-XTypes 1.3, 7.6.3.1.2): all that rmw_zenoh sends
 BROKEN: Final = (SerdeError, struct.error, ValueError, IndexError, AssertionError)  # what rosbags raises for no CDR
 

@@ -8,7 +8,7 @@ from swarm.errors import ConfigError
 from swarm.installed import without
 from swarm.secure.names import OPERATOR
 
-DISTROS = ("jazzy", "kilted")
+DISTROS = ("jazzy", "kilted", "lyrical")
 DIALECTS = ("rmw_zenoh", "ros2dds")
 CLOCKS = ("run", "wall")
 DOMAINS = range(233)  # ROS_DOMAIN_ID of all platforms: 0 to 232

@@ -15,6 +15,7 @@ from swarm.bridge.ros2.actions import (
     Goal,
     Goals,
     GoalStatus,
+    feedback,
     remaining,
     result,
 )
@@ -94,6 +95,20 @@ def test_a_result_is_an_answer_in_every_distribution(distro: str, action: Action
     for one, expected in ((aborted, (6, action.failed, "no")), (goal(2), (2, 0, ""))):
         read = ros.deserialize(name, ros.serialize(name, ros.make(name, **result(ros, action, one))))
         assert (read.status, read.result.error_code, read.result.error_msg) == expected
+
+
+@pytest.mark.parametrize("distro", DISTROS)
+@pytest.mark.parametrize("action", NAVIGATION, ids=[action.name for action in NAVIGATION])
+def test_feedback_is_a_message_in_every_distribution(distro: str, action: Action) -> None:
+    ros, name = Types(distro), action.feedback.type
+    made = feedback(ros, action, goal(1, 1_000_000_000), Pose(1.0, 2.0, 0.5), 2.0, 3_500_000_000)
+    read = ros.deserialize(name, ros.serialize(name, made))
+    assert read.goal_id.uuid.tobytes() == bytes([1] * 16)
+    said = read.feedback
+    assert (said.navigation_time.sec, said.navigation_time.nanosec) == (2, 500_000_000)
+    assert said.distance_remaining == pytest.approx(8.0**0.5)
+    assert said.estimated_time_remaining.sec == 1
+    assert (said.current_pose.header.frame_id, said.current_pose.pose.position.y) == ("map", 2.0)
 
 
 def test_the_bytes_of_a_goal_and_of_an_answer() -> None:

@@ -64,6 +64,17 @@ def test_the_hash_of_a_service_or_an_action_is_that_of_others() -> None:
     assert found == "RIHS01_8b47e383f1e31f6d8df6417ab54957e7d5ea24dad315646ad711ac3fdea81d58"
 
 
+FEEDBACK: Final = {  # of NavigateToPose's feedback message, the first digits as another implementation has them
+    "jazzy": "9d1f6fa2eb975", "kilted": "9d1f6fa2eb975", "lyrical": "2c1b4ec1a0e3a"
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("distro", DISTROS)
+def test_feedback_differs_between_distributions(distro: str) -> None:
+    found = Types(distro).hash("nav2_msgs/action/NavigateToPose_FeedbackMessage")
+    assert found.startswith(f"RIHS01_{FEEDBACK[distro]}")
+
+
 def test_the_hash_of_every_topic_is_known() -> None:
     assert {topic.type for topic in (*OF_FLEET, *OF_ROBOT, *HEARD)} <= HASHES.keys()
 
