@@ -35,6 +35,7 @@ class Options:
     fleet: str | None = None
     secure: Path | None = None  # the folder with the keys; None: the fleet is open to all on this machine
     outside: Sequence[str] = ()  # robots whose body reports from outside the world
+    bridges: Sequence[str] = ()  # names of processes that show the fleet to other software
     quiet: bool = False  # only trouble and the summary
     delay: Delay | None = None  # of the network between robots and router; None: there is no proxy
     loaded: Scenario | None = None  # the scenario before it was checked, which a set-up changes
@@ -51,8 +52,8 @@ class Options:
 
     @property
     def sessions(self) -> int:
-        """How many processes the fleet has: robots, world, router, dashboard, box, and a proxy if there is one."""
-        return 4 + (self.delay is not None) + ceil(self.robots / self.robots_per_process)
+        """How many processes the fleet has: robots, world, router, dashboard, box; a proxy if there is one, bridges."""
+        return 4 + (self.delay is not None) + len(self.bridges) + ceil(self.robots / self.robots_per_process)
 
 
 def ready(options: Options) -> Options:

@@ -14,8 +14,9 @@ SCAN      = RosTopic("scan",      "sensor_msgs/msg/LaserScan",                Qo
 PLAN      = RosTopic("plan",      "nav_msgs/msg/Path",                        Qos.LATCHED)  # told on change only
 POSE      = RosTopic("amcl_pose", "geometry_msgs/msg/PoseWithCovarianceStamped", Qos.LATCHED)  # as Nav2's AMCL
 GOAL      = RosTopic("goal_pose", "geometry_msgs/msg/PoseStamped")
+INITIAL_POSE = RosTopic("initialpose", "geometry_msgs/msg/PoseWithCovarianceStamped")  # refused
 # fmt: on
 
 OF_FLEET: Final = (MAP, CLOCK, TF)  # in the namespace /
 OF_ROBOT: Final = (ODOMETRY, SCAN, PLAN, POSE, TF)  # in the namespace of each robot
-HEARD: Final = (GOAL,)  # in the namespace of each robot
+HEARD: Final = (GOAL, INITIAL_POSE)  # in the namespace of each robot
