@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from swarm.bridge.ros2 import topics
 from swarm.bridge.ros2.beams import FIRST, STEP, beams
+from swarm.bridge.ros2.topics import RosTopic
 from swarm.bridge.ros2.types import Types
-from swarm.bridge.ros2.wire import RosTopic
 from swarm.geometry import Pose
 from swarm.maps.occupancy import FREE, OBSTACLE, UNKNOWN, WALL
 from swarm.maps.wire import unpack

@@ -1,7 +1,7 @@
 """What ROS asks of a robot: a goal's payload, which may be anything, becomes an order or a refusal. Pure."""
 
 from math import isfinite
-from typing import Final
+from typing import Any, Final
 
 from swarm.bridge.ros2.convert import IN_MAP
 from swarm.bridge.ros2.topics import GOAL
@@ -19,7 +19,15 @@ def ordered(ros: Types, payload: bytes, name: str) -> Order:
     Raises:
         PeerError: the payload is no pose, or one that is not on the floor of the map.
     """
-    goal = ros.deserialize(GOAL.type, payload)
+    return order_to(ros.deserialize(GOAL.type, payload), name)
+
+
+def order_to(goal: Any, name: str) -> Order:  # noqa: ANN401, a geometry_msgs/msg/PoseStamped or what has its fields
+    """Return the order to drive to a goal, which is not trusted yet.
+
+    Raises:
+        PeerError: it is not on the floor of the map.
+    """
     frame, at = goal.header.frame_id, goal.pose.position
     if frame != IN_MAP:
         raise PeerError(f"header.frame_id: expected {IN_MAP!r}, got {frame[:40]!r}; give the goal in the map's frame")

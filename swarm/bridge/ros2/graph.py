@@ -5,8 +5,9 @@ from itertools import count
 from time import time_ns
 
 from swarm.bridge.ros2.goals import GOAL_LIMIT
+from swarm.bridge.ros2.topics import RosTopic
 from swarm.bridge.ros2.types import Types
-from swarm.bridge.ros2.wire import EndpointKind, Node, RosEndpoint, RosTopic, attachment
+from swarm.bridge.ros2.wire import EndpointKind, Node, RosEndpoint, attachment
 from swarm.bus.foreign import Foreign
 
 

@@ -11,9 +11,10 @@ from swarm.bridge.following import Follower
 from swarm.bridge.ros2.convert import SECOND, Said, converted
 from swarm.bridge.ros2.goals import ordered
 from swarm.bridge.ros2.graph import LiveNode
-from swarm.bridge.ros2.topics import CLOCK, GOAL, HEARD, OF_FLEET, OF_ROBOT
+from swarm.bridge.ros2.names import namespaces
+from swarm.bridge.ros2.topics import CLOCK, GOAL, HEARD, OF_FLEET, OF_ROBOT, RosTopic
 from swarm.bridge.ros2.types import Types
-from swarm.bridge.ros2.wire import Node, RosTopic, namespaces
+from swarm.bridge.ros2.wire import Node
 from swarm.bus import Bus, Endpoint
 from swarm.bus.foreign import Foreign
 from swarm.bus.losses import Ledger

@@ -1,8 +1,34 @@
 """The table of all topics that the bridge offers to ROS, and of those that it hears."""
 
-from typing import Final
+from enum import StrEnum
+from typing import Final, NamedTuple
 
-from swarm.bridge.ros2.wire import Qos, RosTopic
+
+class Qos(StrEnum):
+    """The qualities of service that the bridge offers, in the text of a token: empty is rmw_zenoh's default.
+
+    The parts are reliability (2: best effort), durability (1: transient local), history and depth; then deadline,
+    lifespan and liveliness.
+    """
+
+    DEFAULT = "::,10:,:,:,,"
+    LATCHED = ":1:,1:,:,:,,"
+    SENSOR = "2::,5:,:,:,,"
+    TF = "::,100:,:,:,,"  # tf2's own
+
+    @property
+    def is_latched(self) -> bool:
+        """True if who comes late gets the last message."""
+        return self is Qos.LATCHED
+
+
+class RosTopic(NamedTuple):
+    """A topic of ROS, below the namespace of its node."""
+
+    name: str
+    type: str
+    qos: Qos = Qos.DEFAULT
+
 
 # fmt: off
 #                     name         type                                        QoS

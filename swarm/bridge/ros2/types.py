@@ -47,3 +47,8 @@ class Types:
         """Return the type hash of REP-2016, ``RIHS01_`` and 64 hex digits: it is a part of a topic's key."""
         found: str = self._store.hash_rihs01(name)
         return found
+
+    def definition(self, name: str) -> str:
+        """Return the text of a type with those of its parts, as bags and Foxglove have it (``ros2msg``)."""
+        text: str = self._store.generate_msgdef(name, ros_version=2)[0]
+        return text

@@ -12,8 +12,8 @@ from msgspec import structs
 from swarm.bridge.ros2 import topics
 from swarm.bridge.ros2.beams import FIRST, STEP, beams
 from swarm.bridge.ros2.convert import Said, converted
+from swarm.bridge.ros2.topics import RosTopic
 from swarm.bridge.ros2.types import Types
-from swarm.bridge.ros2.wire import RosTopic
 from swarm.errors import PeerError
 from swarm.geometry import Pose, wrap
 from swarm.maps.occupancy import OccupancyMap
