@@ -5,9 +5,9 @@ from typing import Any, Final
 
 from swarm.bridge.folding import FLEET, Fold
 from swarm.bus import Arrival, Bus, Link
-from swarm.messages import CLOCK, MAP, PLAN, SENSE, STATE, TRUTH, Topic
+from swarm.messages import CLOCK, EVENT, MAP, PLAN, SENSE, STATE, TRUTH, Topic
 
-LISTEN: Final[tuple[Topic[Any], ...]] = (CLOCK, MAP, TRUTH, SENSE, PLAN)
+LISTEN: Final[tuple[Topic[Any], ...]] = (CLOCK, MAP, TRUTH, SENSE, PLAN, STATE, EVENT)
 KEPT: Final[tuple[Topic[Any], ...]] = (CLOCK, MAP, TRUTH, PLAN, STATE)  # the world answers with the last ones
 LOOK: Final = 0.05  # s, the longest time between two looks at the other side: a period of the usual senses
 MOST: Final = 1000  # arrivals that are taken in before what they say goes out: a run may be faster than this process

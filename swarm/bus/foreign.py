@@ -26,6 +26,7 @@ class Foreign:
         self._endpoint = endpoint
         self._tokens: dict[str, Any] = {}
         self._publishers: dict[str, Any] = {}
+        self._listened: dict[str, Any] = {}  # by key: an advanced publisher does not know whether anybody listens
         self._subscribers: dict[str, tuple[Any, int]] = {}
 
     def __enter__(self) -> "Foreign":
@@ -52,6 +53,7 @@ class Foreign:
 
     def offer(self, key: str, kept: int = 0) -> None:
         """Declare a publisher. Who comes late can ask it for the last ``kept`` messages, as an advanced subscriber."""
+        self._listened[key] = self._session.declare_publisher(key)
         self._publishers[key] = zenoh.ext.declare_advanced_publisher(
             self._session,
             key,
@@ -66,6 +68,10 @@ class Foreign:
     def send(self, key: str, payload: bytes, attachment: bytes) -> None:
         """Publish bytes on a key that is offered; if the send queue is full, they are dropped."""
         self._publishers[key].put(payload, attachment=attachment)
+
+    def is_heard(self, key: str) -> bool:
+        """Return True if anybody listens to a key that is offered."""
+        return bool(self._listened[key].matching_status)
 
     def listen(self, key: str, limit: int) -> None:
         """Take what comes on a key, payloads of at most ``limit`` bytes."""
@@ -91,5 +97,6 @@ class Foreign:
             token.undeclare()
         if (publisher := self._publishers.pop(key, None)) is not None:
             publisher.undeclare()
+            self._listened.pop(key).undeclare()
         if (subscriber := self._subscribers.pop(key, None)) is not None:
             subscriber[0].undeclare()

@@ -6,9 +6,10 @@ from time import time_ns
 from typing import Final
 from uuid import uuid4
 
+from swarm.bridge.cdr.layouts import SECOND
 from swarm.bridge.folding import FLEET
 from swarm.bridge.following import Follower
-from swarm.bridge.ros2.convert import SECOND, Said, converted
+from swarm.bridge.ros2.convert import Converter, Said
 from swarm.bridge.ros2.goals import ordered
 from swarm.bridge.ros2.graph import LiveNode
 from swarm.bridge.ros2.names import namespaces
@@ -57,6 +58,7 @@ class Bridge:
     ) -> None:
         self._bus, self._session, self._ros, self._domain = bus, session, ros, domain
         self._wall_time, self._log = wall_time, log
+        self._converter = Converter(wants=self._wants)
         self._ledger = Ledger(log)
         self._fleet = Follower(bus, log)
         self._fold = self._fleet.fold
@@ -94,20 +96,28 @@ class Bridge:
             if robot not in self._spaces:
                 self._nodes[robot] = self._node(space, OF_ROBOT, HEARD)
         self._spaces, self._refused = spaces, refused
+        self._converter.names = spaces
+        for said in self._converter.still(self._at(self._fold.time)):
+            self._send(said)
 
     def _speak(self) -> None:
         for message, robot, time in self._fold.said():
-            at = time_ns() if self._wall_time else round(time * SECOND)
             assert self._fold.settings is not None, "nothing is said without them"
             try:
-                for said in converted(self._ros, message, robot, self._spaces, self._fold.settings, at):
+                for said in self._converter.converted(message, robot, self._fold.settings, self._at(time)):
                     self._send(said)
             except PeerError as fault:
                 self._ledger.refuse(type(message).__name__, fault)
 
+    def _at(self, time: float) -> int:
+        """Return the stamp [ns] of what was so at a time of the run [s]."""
+        return time_ns() if self._wall_time else round(time * SECOND)
+
+    def _wants(self, robot: str, topic: RosTopic) -> bool:
+        return (topic is not CLOCK or not self._wall_time) and self._nodes[robot].is_heard(topic)
+
     def _send(self, said: Said) -> None:
-        if said.topic is not CLOCK or not self._wall_time:
-            self._nodes[said.robot].send(said.topic, said.message)
+        self._nodes[said.robot].put(said.topic, said.payload)
 
     def _heed(self, robot: str) -> None:
         """Send the last goal of a robot to the world as an order, and log the answer."""

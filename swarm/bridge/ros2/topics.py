@@ -31,17 +31,21 @@ class RosTopic(NamedTuple):
 
 
 # fmt: off
-#                     name         type                                        QoS
-MAP       = RosTopic("map",       "nav_msgs/msg/OccupancyGrid",               Qos.LATCHED)
-CLOCK     = RosTopic("clock",     "rosgraph_msgs/msg/Clock")
-TF        = RosTopic("tf",        "tf2_msgs/msg/TFMessage",                   Qos.TF)
-ODOMETRY  = RosTopic("odom",      "nav_msgs/msg/Odometry")
-SCAN      = RosTopic("scan",      "sensor_msgs/msg/LaserScan",                Qos.SENSOR)
-PLAN      = RosTopic("plan",      "nav_msgs/msg/Path",                        Qos.LATCHED)  # told on change only
-POSE      = RosTopic("amcl_pose", "geometry_msgs/msg/PoseWithCovarianceStamped", Qos.LATCHED)  # as Nav2's AMCL
-GOAL      = RosTopic("goal_pose", "geometry_msgs/msg/PoseStamped")
+#                       name           type                                        QoS
+MAP         = RosTopic("map",         "nav_msgs/msg/OccupancyGrid",               Qos.LATCHED)
+CLOCK       = RosTopic("clock",       "rosgraph_msgs/msg/Clock")
+TF          = RosTopic("tf",          "tf2_msgs/msg/TFMessage",                   Qos.TF)
+TF_STATIC   = RosTopic("tf_static",   "tf2_msgs/msg/TFMessage",                   Qos.LATCHED)
+MARKERS     = RosTopic("markers",     "visualization_msgs/msg/MarkerArray")
+DIAGNOSTICS = RosTopic("diagnostics", "diagnostic_msgs/msg/DiagnosticArray")
+ODOMETRY    = RosTopic("odom",        "nav_msgs/msg/Odometry")
+SCAN        = RosTopic("scan",        "sensor_msgs/msg/LaserScan",                Qos.SENSOR)
+PLAN        = RosTopic("plan",        "nav_msgs/msg/Path",                        Qos.LATCHED)  # told on change only
+POSE        = RosTopic("amcl_pose",   "geometry_msgs/msg/PoseWithCovarianceStamped", Qos.LATCHED)  # as Nav2's AMCL
+BATTERY     = RosTopic("battery_state", "sensor_msgs/msg/BatteryState")
+GOAL        = RosTopic("goal_pose",   "geometry_msgs/msg/PoseStamped")
 # fmt: on
 
-OF_FLEET: Final = (MAP, CLOCK, TF)  # in the namespace /
-OF_ROBOT: Final = (ODOMETRY, SCAN, PLAN, POSE, TF)  # in the namespace of each robot
+OF_FLEET: Final = (MAP, CLOCK, TF, TF_STATIC, MARKERS, DIAGNOSTICS)  # in the namespace /
+OF_ROBOT: Final = (ODOMETRY, SCAN, PLAN, POSE, BATTERY, TF, TF_STATIC)  # in the namespace of each robot
 HEARD: Final = (GOAL,)  # in the namespace of each robot

@@ -7,10 +7,10 @@ from typing import Any, Final
 from rosbags.serde import SerdeError
 from rosbags.typesys import Stores, get_typestore
 
+from swarm.bridge.cdr.layouts import CDR_HEADER
 from swarm.errors import PeerError
 
 DISTROS: Final = MappingProxyType({"jazzy": Stores.ROS2_JAZZY, "kilted": Stores.ROS2_KILTED})
-CDR_HEADER: Final = b"\x00\x01\x00\x00"  # little-endian XCDR1 (OMG DDS-XTypes 1.3, 7.6.3.1.2): all that rmw_zenoh sends
 BROKEN: Final = (SerdeError, struct.error, ValueError, IndexError, AssertionError)  # what rosbags raises for no CDR
 
 
