@@ -9,10 +9,10 @@ from uuid import uuid4
 from swarm.bridge.cdr.layouts import SECOND
 from swarm.bridge.folding import FLEET
 from swarm.bridge.following import Follower
+from swarm.bridge.names import namespaces
 from swarm.bridge.ros2.convert import Converter, Said
 from swarm.bridge.ros2.goals import ordered
 from swarm.bridge.ros2.graph import LiveNode
-from swarm.bridge.ros2.names import namespaces
 from swarm.bridge.ros2.topics import CLOCK, GOAL, HEARD, OF_FLEET, OF_ROBOT, RosTopic
 from swarm.bridge.ros2.types import Types
 from swarm.bridge.ros2.wire import Node

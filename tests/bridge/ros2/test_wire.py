@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from xxhash import xxh3_128_digest
 
-from swarm.bridge.ros2.names import namespaces
+from swarm.bridge.names import namespaces
 from swarm.bridge.ros2.topics import HEARD, MAP, ODOMETRY, OF_FLEET, OF_ROBOT
 from swarm.bridge.ros2.types import DISTROS, Types
 from swarm.bridge.ros2.wire import EndpointKind, Node, RosEndpoint, attachment
