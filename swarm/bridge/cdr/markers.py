@@ -13,8 +13,10 @@ from numpy.typing import NDArray
 from dashboard.fold import palette
 from swarm.bridge.cdr.writing import Cdr
 from swarm.geometry import Pose
+from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.messages import Body
-from swarm.traffic.lattice.cell_map import CellMap
+from swarm.settings import Settings
+from swarm.traffic.lattice.extent import extent
 
 CYLINDER, LINE_LIST, CUBE_LIST, TEXT = 3, 5, 6, 9  # visualization_msgs/msg/Marker
 ADD, DELETE = 0, 2
@@ -47,9 +49,28 @@ class Marker(NamedTuple):
     text: str = ""
 
 
-def held(frame: str, bodies: Sequence[Body], numbers: Mapping[str, int], cells: CellMap) -> Marker:
+class Lattice(NamedTuple):
+    """Where the cells of traffic are: all robots and ``CellMap`` have the same."""
+
+    origin: Pose  # of the map
+    side: float  # m, of a cell
+    offset: Point  # m, from the map's origin to the outer corner of cell 0
+    rows: int
+    columns: int
+
+
+def lattice_of(floor: OccupancyMap, settings: Settings) -> Lattice | None:
+    """Return the lattice over a floor; None if the world does not tell where it is."""
+    side, offset = settings.traffic.cell, settings.traffic.offset
+    if side is None or offset is None:
+        return None
+    return Lattice(floor.origin, side, offset, *extent(floor, side, offset))
+
+
+def held(frame: str, bodies: Sequence[Body], numbers: Mapping[str, int], cells: Lattice) -> Marker:
     """Return the cells that robots hold, each in its robot's colour."""
-    pairs = [(cell, numbers[body.robot]) for body in bodies for cell in body.held if cell < len(cells)]
+    most = cells.rows * cells.columns
+    pairs = [(cell, numbers[body.robot]) for body in bodies for cell in body.held if cell < most]
     rows, columns = np.divmod(np.array([cell for cell, _ in pairs], np.int64), cells.columns)
     points = np.zeros((len(pairs), 3))
     points[:, 0] = cells.offset[0] + (columns + 0.5) * cells.side
@@ -57,7 +78,7 @@ def held(frame: str, bodies: Sequence[Body], numbers: Mapping[str, int], cells: 
     side = cells.side * FILLED
     colours = [rgba(palette.robot(number), CLEAR) for _, number in pairs]
     return Marker(
-        frame, "held", 0, CUBE_LIST, (side, side, FLAT), pose=cells.occupancy.origin, points=points,
+        frame, "held", 0, CUBE_LIST, (side, side, FLAT), pose=cells.origin, points=points,
         colours=np.array(colours, np.float32),
     )  # fmt: skip
 

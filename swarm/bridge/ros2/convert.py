@@ -5,7 +5,6 @@ as Nav2 has them for each of many robots. In the fleet's ``/tf``, r1 is ``r1/bas
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import cached_property
 from math import cos, inf, nan, sin
 from typing import Any, Final, NamedTuple
 
@@ -22,10 +21,8 @@ from swarm.bridge.ros2.types import Types
 from swarm.geometry import Pose
 from swarm.maps.occupancy import FREE, OBSTACLE, UNKNOWN, WALL, OccupancyMap
 from swarm.maps.wire import unpack
-from swarm.messages import Clock, Event, Map, Message, PackedMap, Plan, Sense, State, Truth
+from swarm.messages import Clock, Event, Map, Message, Plan, Sense, State, Truth
 from swarm.settings import Settings
-from swarm.traffic.lattice.cell_map import CellMap
-from swarm.traffic.lattice.placement import cells_of
 
 IN_MAP, IN_ODOM, BASE, LINK, LASER = "map", "odom", "base_footprint", "base_link", "base_scan"
 OCCUPANCY: Final = {FREE: 0, WALL: 100, OBSTACLE: 100, UNKNOWN: -1}  # %; -1: not known (nav_msgs/OccupancyGrid)
@@ -53,7 +50,7 @@ class Converter:
         self, *, joined: bool = False, wants: Callable[[str, RosTopic], bool] = lambda robot, topic: True
     ) -> None:
         self._joined, self._wants = joined, wants
-        self._floor: Map | None = None
+        self._cells: markers.Lattice | None = None
         self.names: Mapping[str, str] = {}
 
     def still(self, at: int) -> Iterator[Said]:
@@ -77,9 +74,9 @@ class Converter:
             return
         match message:
             case Map(packed=packed):
-                self._floor = message
-                self.__dict__.pop("_cells", None)
-                yield Said("", topics.MAP, occupancy_grid(packed, at))
+                floor = unpack(packed)
+                self._cells = markers.lattice_of(floor, settings)
+                yield Said("", topics.MAP, occupancy_grid(floor, at))
             case Truth():
                 yield from self._of_truth(message, at)
             case Sense():
@@ -102,7 +99,7 @@ class Converter:
             yield Said("", topics.TF, layouts.transforms(at, [
                 (IN_MAP, self._joint(robot, BASE), pose) for robot, pose in poses.items()
             ]))  # fmt: skip
-        if self._floor is not None and self._wants("", topics.MARKERS):
+        if self._cells is not None and self._wants("", topics.MARKERS):
             numbers = {body.robot: number for number, body in enumerate(truth.bodies)}
             drawn = [markers.held(IN_MAP, bodies, numbers, self._cells), markers.joint(IN_MAP, bodies)]
             yield Said("", topics.MARKERS, markers.marker_array(at, drawn))
@@ -141,20 +138,9 @@ class Converter:
         """Return where the frames of a body are; ours have all the same origin."""
         return [(own + BASE, own + LINK, HERE), (own + LINK, own + LASER, HERE)]
 
-    @cached_property
-    def _cells(self) -> CellMap:
-        """The cells of traffic: on a large floor they take a while to find."""
-        assert self._floor is not None, "a map has come"
-        return cells_of(unpack(self._floor.packed), self._floor.scenario.settings)
 
-
-def occupancy_grid(packed: PackedMap, at: int) -> bytes:
-    """Return a map as ROS's: row 0 is the lowest in both, and the origin is the outer corner of cell 0.
-
-    Raises:
-        PeerError: the map is not valid.
-    """
-    floor = unpack(packed)
+def occupancy_grid(floor: OccupancyMap, at: int) -> bytes:
+    """Return a map as ROS's: row 0 is the lowest in both, and the origin is the outer corner of cell 0."""
     values = np.array([OCCUPANCY[kind] for kind in range(len(OCCUPANCY))], np.int8)
     return grid(floor, values[floor.cells], at)
 
