@@ -30,6 +30,7 @@ class Options:
     rules: str | None = None  # the robot whose fired rules the dashboard shows
     record: Path | None = None  # what the dashboard draws
     tape: Path | None = None  # None: beside the folder of the fleet
+    bag: Path | None = None  # of ROS 2
     report: Path | None = None
     port: int = 0  # 0: a free one
     fleet: str | None = None
@@ -51,8 +52,8 @@ class Options:
 
     @property
     def sessions(self) -> int:
-        """How many processes the fleet has: robots, world, router, dashboard, box, and a proxy if there is one."""
-        return 4 + (self.delay is not None) + ceil(self.robots / self.robots_per_process)
+        """How many processes the fleet has: robots, world, router, dashboard, box, a proxy and a recorder if asked."""
+        return 4 + (self.delay is not None) + (self.bag is not None) + ceil(self.robots / self.robots_per_process)
 
 
 def ready(options: Options) -> Options:

@@ -36,11 +36,13 @@ def run(
     serve: Endpoint | None,
     record: Path | None = None,
     wall_time: bool = False,
+    announced: bool = False,
     log: Callable[[str], None] = print,
 ) -> int:
     """Show a fleet at an endpoint, and record it, until its run is over or we are told to stop.
 
-    Stamps are those of the run; with ``wall_time`` those of this machine, without ``/clock``.
+    Stamps are those of the run; with ``wall_time`` those of this machine, without ``/clock``. If it is to be
+    ``announced``, the fleet sees it as a dashboard, which a launcher's world waits for.
 
     Raises:
         ConfigError: the router does not answer, the port is in use, or the file cannot be written.
@@ -55,8 +57,18 @@ def run(
             log(f"fleet {fleet} is at {live.url} for Foxglove")
         if record is not None:
             log(f"fleet {fleet} is recorded in {record}")
-        Bridge(bus, live, bag, ros, wall_time=wall_time, log=log).follow(stop.is_set)
+        bridge = Bridge(bus, live, bag, ros, wall_time=wall_time, log=log)
+        bridge.follow(stop.is_set, lambda: bus.announce("dashboard", "recorder") if announced else None)
     return 0
+
+
+def record(endpoint: Endpoint, fleet: str, record: Path) -> int:
+    """Record a fleet in a file, as a launcher's process.
+
+    Raises:
+        ConfigError: the file cannot be written.
+    """
+    return run(endpoint, fleet, serve=None, record=record, announced=True)
 
 
 class Bridge:
@@ -78,8 +90,11 @@ class Bridge:
         self._run = -1
         self._offer(FLEET, *(topic for topic in OF_FLEET if topic is not CLOCK or not wall_time))
 
-    def follow(self, stopped: Callable[[], bool]) -> None:
-        """Hand on all that comes, in both directions, until the run is over."""
+    def follow(self, stopped: Callable[[], bool], ready: Callable[[], None] = lambda: None) -> None:
+        """Hand on all that comes, in both directions, until the run is over; call ``ready`` when the map has come."""
+        while self._fold.settings is None and not stopped():
+            self._follower.take_in()
+        ready()
         while not stopped() and not self._fold.over:
             self._follower.take_in()
             self._show_run()
