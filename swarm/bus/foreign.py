@@ -26,7 +26,8 @@ class Foreign:
         self._endpoint = endpoint
         self._tokens: dict[str, Any] = {}
         self._publishers: dict[str, Any] = {}
-        self._listened: dict[str, Any] = {}  # by key: an advanced publisher does not know whether anybody listens
+        self._heard: dict[str, bool] = {}  # by key of a publisher: whether anybody listens
+        self._hearers: dict[str, Any] = {}  # by such a key: a listener that tells when that changes
         self._subscribers: dict[str, tuple[Any, int]] = {}
 
     def __enter__(self) -> "Foreign":
@@ -53,16 +54,19 @@ class Foreign:
 
     def offer(self, key: str, kept: int = 0) -> None:
         """Declare a publisher. Who comes late can ask it for the last ``kept`` messages, as an advanced subscriber."""
-        self._listened[key] = self._session.declare_publisher(key)
+        drop = zenoh.CongestionControl.DROP
+        if not kept:
+            publisher = self._publishers[key] = self._session.declare_publisher(key, congestion_control=drop)
+            self._hearers[key] = publisher.declare_matching_listener(zenoh.handlers.RingChannel(1))
+            self._heard[key] = bool(publisher.matching_status)
+            return
         self._publishers[key] = zenoh.ext.declare_advanced_publisher(
             self._session,
             key,
-            congestion_control=zenoh.CongestionControl.DROP,
-            cache=zenoh.ext.CacheConfig(kept) if kept else None,
-            publisher_detection=True if kept else None,
-            sample_miss_detection=zenoh.ext.MissDetectionConfig(heartbeat=None, sporadic_heartbeat=HEARTBEAT)
-            if kept
-            else None,
+            congestion_control=drop,
+            cache=zenoh.ext.CacheConfig(kept),
+            publisher_detection=True,
+            sample_miss_detection=zenoh.ext.MissDetectionConfig(heartbeat=None, sporadic_heartbeat=HEARTBEAT),
         )
 
     def send(self, key: str, payload: bytes, attachment: bytes) -> None:
@@ -70,8 +74,10 @@ class Foreign:
         self._publishers[key].put(payload, attachment=attachment)
 
     def is_heard(self, key: str) -> bool:
-        """Return True if anybody listens to a key that is offered."""
-        return bool(self._listened[key].matching_status)
+        """Return True if anybody listens to a key that is offered without messages that are kept."""
+        if (status := self._hearers[key].try_recv()) is not None:
+            self._heard[key] = bool(status.matching)
+        return self._heard[key]
 
     def listen(self, key: str, limit: int) -> None:
         """Take what comes on a key, payloads of at most ``limit`` bytes."""
@@ -96,7 +102,7 @@ class Foreign:
         if (token := self._tokens.pop(key, None)) is not None:
             token.undeclare()
         if (publisher := self._publishers.pop(key, None)) is not None:
+            self._hearers.pop(key, None)
             publisher.undeclare()
-            self._listened.pop(key).undeclare()
         if (subscriber := self._subscribers.pop(key, None)) is not None:
             subscriber[0].undeclare()
