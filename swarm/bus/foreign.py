@@ -58,7 +58,8 @@ class Foreign:
         if not kept:
             publisher = self._publishers[key] = self._session.declare_publisher(key, congestion_control=drop)
             self._hearers[key] = publisher.declare_matching_listener(zenoh.handlers.RingChannel(1))
-            self._heard[key] = bool(publisher.matching_status)
+            status: Any = publisher.matching_status  # it is no bool, whatever zenoh's types say
+            self._heard[key] = status.matching
             return
         self._publishers[key] = zenoh.ext.declare_advanced_publisher(
             self._session,
@@ -76,7 +77,7 @@ class Foreign:
     def is_heard(self, key: str) -> bool:
         """Return True if anybody listens to a key that is offered without messages that are kept."""
         if (status := self._hearers[key].try_recv()) is not None:
-            self._heard[key] = bool(status.matching)
+            self._heard[key] = status.matching
         return self._heard[key]
 
     def listen(self, key: str, limit: int) -> None:

@@ -60,3 +60,19 @@ def test_who_comes_late_gets_what_is_kept_and_no_more_after_it_is_withdrawn(endp
         assert heard.empty()
         watching.undeclare()  # type: ignore[no-untyped-call]
         listening.undeclare()  # type: ignore[no-untyped-call]
+
+
+def test_it_is_known_whether_anybody_listens(endpoint: Endpoint) -> None:
+    with Foreign(endpoint) as session, connect(endpoint) as other:
+        session.offer("odom")
+        assert not session.is_heard("odom")
+
+        def until(heard: bool) -> None:
+            while session.is_heard("odom") != heard:
+                list(other.liveliness().get("@nobody/*", timeout=PATIENCE))  # the router has answered
+
+        listening = other.declare_subscriber("odom", zenoh.handlers.RingChannel(1))
+        until(heard=True)
+        listening.undeclare()
+        until(heard=False)
+        session.withdraw("odom")

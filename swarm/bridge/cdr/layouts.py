@@ -6,7 +6,7 @@ Everything is little-endian, and a number stands at a multiple of its size, coun
 """
 
 import struct
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from functools import lru_cache
 from math import cos, sin
 from typing import Final
@@ -79,7 +79,7 @@ def odometry(at: int, frame: str, child: str, pose: Pose, linear: float, angular
     return CDR_HEADER + stamped(at) + names + posed(pose) + SURE + twist + SURE
 
 
-def laser_scan(at: int, frame: str, beams: Sequence[float], ranges: NDArray[np.float32]) -> bytes:
-    """Return a sensor_msgs/msg/LaserScan without intensities; ``beams`` are what ``BEAMS`` lists."""
-    head = CDR_HEADER + stamped(at) + texts(0, COUNT.size, frame) + BEAMS.pack(*beams)
+def laser_scan(at: int, frame: str, beams: bytes, ranges: NDArray[np.float32]) -> bytes:
+    """Return a sensor_msgs/msg/LaserScan without intensities; ``beams`` are what ``BEAMS`` packs."""
+    head = CDR_HEADER + stamped(at) + texts(0, COUNT.size, frame) + beams
     return head + COUNT.pack(len(ranges)) + ranges.tobytes() + COUNT.pack(0)

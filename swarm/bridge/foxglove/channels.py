@@ -60,7 +60,7 @@ class Channels:
     def log(self, name: str, payload: bytes, at: int) -> None:
         """Say a message that was sent at a time [ns], or at that of the last one: readers want them in order."""
         self._last = max(self._last, at)
-        self._channels[name].log(payload, log_time=self._last)
+        self._channels[name].base.log(payload, log_time=self._last)
 
     def begin(self) -> None:
         """Let time begin again."""

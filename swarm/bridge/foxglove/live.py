@@ -123,7 +123,8 @@ class Live:
         """Say a message that was sent at a time [ns]."""
         if name in self._latched:
             self._latched[name] = payload, at
-        self._channels.log(name, payload, at)
+        if self._channels.wants(name):
+            self._channels.log(name, payload, at)
 
     def tell_time(self, at: int) -> None:
         """Tell viewers the time [ns]."""

@@ -125,7 +125,8 @@ class Bridge:
             for sink in self._sinks:
                 for topic in SHOWN:
                     sink.withdraw(self._name(robot, topic))
-        self._converter.names, self._refused = spaces, refused
+        self._converter.show(spaces)
+        self._refused = refused
         for robot in spaces.keys() - before.keys():
             self._offer(robot, *SHOWN)
         self._goals = {self._name(robot, GOAL): robot for robot in spaces}

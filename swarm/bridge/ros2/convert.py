@@ -5,7 +5,7 @@ as Nav2 has them for each of many robots. In the fleet's ``/tf``, r1 is ``r1/bas
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from math import cos, inf, nan, sin
+from math import cos, sin
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -15,7 +15,7 @@ from swarm.bridge.cdr import health, layouts, markers
 from swarm.bridge.cdr.layouts import SECOND
 from swarm.bridge.cdr.writing import Cdr
 from swarm.bridge.ros2 import topics
-from swarm.bridge.ros2.beams import FIRST, STEP, beams
+from swarm.bridge.ros2.beams import Scanner
 from swarm.bridge.ros2.topics import RosTopic
 from swarm.bridge.ros2.types import Types
 from swarm.geometry import Pose
@@ -38,7 +38,7 @@ class Said(NamedTuple):
 
 
 class Converter:
-    """Turns messages of a fleet into those of ROS, for robots that ``names`` gives a namespace such as ``/r1``.
+    """Turns messages of a fleet into those of ROS, for robots that ``show`` gives a namespace such as ``/r1``.
 
     If ``joined``, the frames of all robots are in one tree and a robot's messages are in ``r1/odom`` and the like: for
     viewers that show many robots at once, and know no namespaces. Then robots have no ``tf`` of their own. ``wants``
@@ -51,7 +51,13 @@ class Converter:
     ) -> None:
         self._joined, self._wants = joined, wants
         self._cells: markers.Lattice | None = None
-        self.names: Mapping[str, str] = {}
+        self._scanner: Scanner | None = None
+        self.show({})
+
+    def show(self, names: Mapping[str, str]) -> None:
+        """Take other names for the robots, and no robots but those."""
+        self.names = names
+        self._own = {robot: f"{space.strip('/')}/" for robot, space in names.items()}
 
     def still(self, at: int) -> Iterator[Said]:
         """Yield the frames that do not move: say them again when robots come or go."""
@@ -108,14 +114,16 @@ class Converter:
 
     def _of_sense(self, sense: Sense, robot: str, settings: Settings, at: int) -> Iterator[Said]:
         pose = Pose(sense.x, sense.y, sense.yaw)
-        own = self._joint(robot, "") if self._joined else ""
+        own = self._own[robot] if self._joined else ""
         if not self._joined and self._wants(robot, topics.TF):
             yield Said(robot, topics.TF, layouts.transforms(at, [(IN_MAP, IN_ODOM, HERE), (IN_ODOM, BASE, pose)]))
         if self._wants(robot, topics.ODOMETRY):
             frames = own + IN_ODOM, own + BASE
             yield Said(robot, topics.ODOMETRY, layouts.odometry(at, *frames, pose, sense.linear, sense.angular))
         if self._wants(robot, topics.SCAN):
-            yield Said(robot, topics.SCAN, scan(own + LASER, sense.rays, settings, at))
+            if self._scanner is None or self._scanner.settings is not settings:
+                self._scanner = Scanner(settings)
+            yield Said(robot, topics.SCAN, self._scanner.scan(at, own + LASER, sense.rays))
 
     def _of_clock(self, clock: Clock, settings: Settings, at: int) -> Iterator[Said]:
         if self._wants("", topics.DIAGNOSTICS):
@@ -132,7 +140,7 @@ class Converter:
 
     def _joint(self, robot: str, frame: str) -> str:
         """Return the name of a robot's frame in the tree of the fleet."""
-        return f"{self.names[robot].strip('/')}/{frame}"
+        return self._own[robot] + frame
 
     def _on_body(self, own: str) -> list[tuple[str, str, Pose]]:
         """Return where the frames of a body are; ours have all the same origin."""
@@ -156,22 +164,6 @@ def grid(floor: OccupancyMap, values: "NDArray[np.int8]", at: int) -> bytes:
     out.pose(floor.origin)
     out.raw(values.size, 1, values.tobytes())
     return out.finish()
-
-
-def scan(frame: str, rays: Sequence[float], settings: Settings, at: int) -> bytes:
-    """Return a robot's rays as a scan: ranges [m] from its centre, +inf where a ray met nothing (REP-117).
-
-    A scan of ROS has evenly spaced beams and our rays have gaps: a beam without a ray is NaN, which REP-117 has for
-    what is no measurement. Of two rays on one beam, the shorter counts.
-    """
-    edge, reach = settings.robot.radius, settings.sensors.range
-    fan = beams(settings.sensors)
-    ranges: NDArray[np.float32] = np.full(fan.width, nan, np.float32)
-    given = np.array(rays[: len(fan.places)], np.float32)
-    np.fmin.at(ranges, fan.places[: len(given)], np.where(given < reach, given + np.float32(edge), np.float32(inf)))
-    first = FIRST + fan.first * STEP
-    about = (first, first + (fan.width - 1) * STEP, STEP, 0.0, 1 / settings.rate, edge, edge + reach)
-    return layouts.laser_scan(at, frame, about, ranges)
 
 
 def path(points: Sequence[tuple[float, float]], at: int) -> bytes:

@@ -96,7 +96,7 @@ class Bridge:
             if robot not in self._spaces:
                 self._nodes[robot] = self._node(space, OF_ROBOT, HEARD)
         self._spaces, self._refused = spaces, refused
-        self._converter.names = spaces
+        self._converter.show(spaces)
         for said in self._converter.still(self._at(self._fold.time)):
             self._send(said)
 

@@ -70,7 +70,15 @@ class Viewer:
     def messages(self) -> Iterator[tuple[str, Any]]:
         """Yield the topic and the message of all that comes; a topic "" has what the server tells."""
         while True:
-            came = self._socket.recv(timeout=PATIENCE)
+            yield from self.next(PATIENCE)
+
+    def next(self, patience: float) -> Iterator[tuple[str, Any]]:
+        """Yield the next thing that comes, as ``messages`` does; none if it tells nothing.
+
+        Raises:
+            TimeoutError: nothing came within ``patience`` [s].
+        """
+        if (came := self._socket.recv(timeout=patience)) is not None:
             if isinstance(came, str):
                 said = json.loads(came)
                 if said["op"] == "advertise":

@@ -54,7 +54,7 @@ class Read(NamedTuple):
 
 def converter(*, joined: bool = False, unwanted: frozenset[RosTopic] = frozenset()) -> Converter:
     made = Converter(joined=joined, wants=lambda robot, topic: topic not in unwanted)
-    made.names = NAMES
+    made.show(NAMES)
     return made
 
 
