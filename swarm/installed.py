@@ -31,9 +31,14 @@ EXTRAS: Final[Mapping[str, Mapping[str, str]]] = MappingProxyType(
         "rerun": {"rerun-sdk": "rerun"},
         "mcap": {"mcap": "mcap"},
         "ros2": {"rosbags": "rosbags", "xxhash": "xxhash"},
+        "foxglove": {"foxglove-sdk": "foxglove", "rosbags": "rosbags"},
     }
 )
-NAMES: Final = {"rerun": "Rerun", "ros2": "the bridge to ROS 2"}  # of extras, for people
+NAMES: Final = {
+    "rerun": "Rerun",
+    "ros2": "the bridge to ROS 2",
+    "foxglove": "the bridge to Foxglove",
+}  # of extras, for people
 TOPS: Final = ("world", "dashboard")  # installed beside `swarm`, under names that others have too
 HOME: Final = Path(__file__).parents[1]
 

@@ -11,8 +11,8 @@ from swarm.bus import Arrival, Bus, Link, Presence
 from swarm.messages import CLOCK, EVENT, EVENTS, MAP, PLAN, SENSE, STATE, STATUS, TRUTH, Message, Status, Topic
 from swarm.robot.host.joining import AWAY
 
-LISTEN: Final[tuple[Topic[Any], ...]] = (CLOCK, MAP, TRUTH, SENSE, PLAN)
-ORDERED: Final[tuple[Topic[Any], ...]] = (STATE, EVENT, STATUS)  # the ends of orders are seen from these and the clock
+LISTEN: Final[tuple[Topic[Any], ...]] = (CLOCK, MAP, TRUTH, SENSE, PLAN, STATE, EVENT)
+ORDERED: Final[tuple[Topic[Any], ...]] = (STATUS,)  # the ends of orders are seen from this too
 KEPT: Final[tuple[Topic[Any], ...]] = (CLOCK, MAP, TRUTH, PLAN, STATE)  # the world answers with the last ones
 LOOK: Final = 0.05  # s, the longest time between two looks at the other side: a period of the usual senses
 MOST: Final = 1000  # arrivals that are taken in before what they say goes out: a run may be faster than this process

@@ -69,6 +69,8 @@ class Foreign:
         self._endpoint = endpoint
         self._tokens: dict[str, Any] = {}
         self._publishers: dict[str, Any] = {}
+        self._heard: dict[str, bool] = {}  # by key of a publisher: whether anybody listens
+        self._hearers: dict[str, Any] = {}  # by such a key: a listener that tells when that changes
         self._subscribers: dict[str, tuple[Any, int]] = {}
         self._queryables: dict[str, tuple[Any, int]] = {}
 
@@ -96,20 +98,31 @@ class Foreign:
 
     def offer(self, key: str, kept: int = 0) -> None:
         """Declare a publisher. Who comes late can ask it for the last ``kept`` messages, as an advanced subscriber."""
+        drop = zenoh.CongestionControl.DROP
+        if not kept:
+            publisher = self._publishers[key] = self._session.declare_publisher(key, congestion_control=drop)
+            self._hearers[key] = publisher.declare_matching_listener(zenoh.handlers.RingChannel(1))
+            status: Any = publisher.matching_status  # it is no bool, whatever zenoh's types say
+            self._heard[key] = status.matching
+            return
         self._publishers[key] = zenoh.ext.declare_advanced_publisher(
             self._session,
             key,
-            congestion_control=zenoh.CongestionControl.DROP,
-            cache=zenoh.ext.CacheConfig(kept) if kept else None,
-            publisher_detection=True if kept else None,
-            sample_miss_detection=zenoh.ext.MissDetectionConfig(heartbeat=None, sporadic_heartbeat=HEARTBEAT)
-            if kept
-            else None,
+            congestion_control=drop,
+            cache=zenoh.ext.CacheConfig(kept),
+            publisher_detection=True,
+            sample_miss_detection=zenoh.ext.MissDetectionConfig(heartbeat=None, sporadic_heartbeat=HEARTBEAT),
         )
 
     def send(self, key: str, payload: bytes, attachment: bytes | None) -> None:
         """Publish bytes on a key that is offered; if the send queue is full, they are dropped."""
         self._publishers[key].put(payload, attachment=attachment)
+
+    def is_heard(self, key: str) -> bool:
+        """Return True if anybody listens to a key that is offered without messages that are kept."""
+        if (status := self._hearers[key].try_recv()) is not None:
+            self._heard[key] = status.matching
+        return self._heard[key]
 
     def listen(self, key: str, limit: int) -> None:
         """Take what comes on a key, payloads of at most ``limit`` bytes."""
@@ -150,6 +163,7 @@ class Foreign:
         if (token := self._tokens.pop(key, None)) is not None:
             token.undeclare()
         if (publisher := self._publishers.pop(key, None)) is not None:
+            self._hearers.pop(key, None)
             publisher.undeclare()
         if (subscriber := self._subscribers.pop(key, None)) is not None:
             subscriber[0].undeclare()

@@ -30,6 +30,7 @@ class Options:
     rules: str | None = None  # the robot whose fired rules the dashboard shows
     record: Path | None = None  # what the dashboard draws
     tape: Path | None = None  # None: beside the folder of the fleet
+    bag: Path | None = None  # of ROS 2
     report: Path | None = None
     port: int = 0  # 0: a free one
     fleet: str | None = None
@@ -52,8 +53,9 @@ class Options:
 
     @property
     def sessions(self) -> int:
-        """How many processes the fleet has: robots, world, router, dashboard, box; a proxy if there is one, bridges."""
-        return 4 + (self.delay is not None) + len(self.bridges) + ceil(self.robots / self.robots_per_process)
+        """How many processes the fleet has: robots, world, router, dashboard, box; those that were asked for."""
+        more = (self.delay is not None) + (self.bag is not None) + len(self.bridges)
+        return 4 + more + ceil(self.robots / self.robots_per_process)
 
 
 def ready(options: Options) -> Options:

@@ -43,15 +43,19 @@ def run(options: Options) -> int:
         ConfigError: the scenario cannot be driven, the port is in use, or a file cannot be written.
     """
     asked, options = options.dashboard, replace(ready(options), dashboard=resolved(options.dashboard, os.environ))
-    for flag, path in (("--report", options.report), ("--record", options.record), ("--record", options.tape)):
+    for path in (options.record, options.tape, options.bag):
         if path is not None:
-            check_output(flag, path)
+            check_output("--record", path)
+    if options.report is not None:
+        check_output("--report", options.report)
     mode = choose(options.dashboard, os.environ, record=options.record is not None)
     lacks = without("rerun")
     if mode is not None and lacks is not None:
         flag = f"--dashboard {options.dashboard}" if mode != "off-screen" else f"--record {options.record}"
         raise ConfigError(f"{flag}: {lacks}, or run without it")
     _check_bridges(options)
+    if options.bag is not None and (lacks_foxglove := without("foxglove")) is not None:
+        raise ConfigError(f"--record {options.bag}: {lacks_foxglove}, or run without it")
     endpoint = Endpoint("127.0.0.1", options.port, _router_of(options)).claim()
     with (
         told_to_stop() as stop,
@@ -85,7 +89,7 @@ def run(options: Options) -> int:
                 trouble = _watch(fleet, processes, entry, stop, console, box)
                 if stop.is_set() and not report_of_world.exists():
                     fleet.stop()
-                elif mode is not None and not stop.is_set():
+                elif (mode is not None or options.bag is not None) and not stop.is_set():
                     processes.let_finish(stop)
             except SwarmError as fault:
                 trouble = str(fault)
@@ -93,7 +97,11 @@ def run(options: Options) -> int:
         known = {"scenario": options.scenario.settings.name, "seed": options.seed, "robots": options.robots}
         summary = summary_of(report_of_world, known, trouble, fleet.lost)
         record = options.record if mode is not None else None
-        files = [*told_of_recordings(record, fleet.starts["dashboard"], since), *told_of_tape(entry.tape)]
+        files = [
+            *told_of_recordings(record, fleet.starts["dashboard"], since),
+            *told_of_recordings(options.bag, fleet.starts["recorder"], since),
+            *told_of_tape(entry.tape),
+        ]
         for line in closing_lines(summary, files):
             say(line)
         if options.report is not None:

@@ -96,3 +96,19 @@ def test_a_request_is_answered_at_once_or_later_or_refused(endpoint: Endpoint) -
         assert reply.ok is not None
         assert reply.ok.attachment is not None
         assert (reply.ok.payload.to_bytes(), reply.ok.attachment.to_bytes()) == (b"yes", b"yours")
+
+
+def test_it_is_known_whether_anybody_listens(endpoint: Endpoint) -> None:
+    with Foreign(endpoint) as session, connect(endpoint) as other:
+        session.offer("odom")
+        assert not session.is_heard("odom")
+
+        def until(heard: bool) -> None:
+            while session.is_heard("odom") != heard:
+                list(other.liveliness().get("@nobody/*", timeout=PATIENCE))  # the router has answered
+
+        listening = other.declare_subscriber("odom", zenoh.handlers.RingChannel(1))
+        until(heard=True)
+        listening.undeclare()  # type: ignore[no-untyped-call]
+        until(heard=False)
+        session.withdraw("odom")

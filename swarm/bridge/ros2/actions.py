@@ -12,11 +12,12 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
+from swarm.bridge.cdr.layouts import SECOND
 from swarm.bridge.errand import Errand, How
-from swarm.bridge.ros2.convert import IN_MAP, SECOND, header, posed, stamp
+from swarm.bridge.ros2.convert import IN_MAP, header, posed, stamp
 from swarm.bridge.ros2.interfaces import CANCEL, THROUGH_POSES, TO_POSE
+from swarm.bridge.ros2.topics import Qos, RosService, RosTopic
 from swarm.bridge.ros2.types import Types
-from swarm.bridge.ros2.wire import Qos, RosService, RosTopic
 from swarm.geometry import Pose
 from swarm.messages import Point
 

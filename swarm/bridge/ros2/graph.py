@@ -7,8 +7,9 @@ from time import time_ns
 from typing import Any, Final
 
 from swarm.bridge.ros2.goals import GOAL_LIMIT
+from swarm.bridge.ros2.topics import RosService, RosTopic
 from swarm.bridge.ros2.types import Types
-from swarm.bridge.ros2.wire import EndpointKind, Node, RosEndpoint, RosService, RosTopic
+from swarm.bridge.ros2.wire import EndpointKind, Node, RosEndpoint
 from swarm.bus.foreign import Asked, Foreign
 from swarm.errors import PeerError
 
@@ -73,9 +74,17 @@ class LiveNode:
 
     def send(self, topic: RosTopic, message: object) -> None:
         """Publish a message of a topic that the node offers."""
+        self.put(topic, self._ros.serialize(topic.type, message))
+
+    def put(self, topic: RosTopic, payload: bytes) -> None:
+        """Publish a message as CDR."""
         endpoint, numbers = self._offered[topic.name]
         attached = endpoint.attached(next(numbers), time_ns())
-        self._session.send(endpoint.key, self._ros.serialize(topic.type, message), attached)
+        self._session.send(endpoint.key, payload, attached)
+
+    def is_heard(self, topic: RosTopic) -> bool:
+        """Return True if anybody subscribes to a topic that the node offers."""
+        return self._session.is_heard(self._offered[topic.name][0].key)
 
     def newest(self, topic: RosTopic) -> bytes | None:
         """Return the payload that came last on a topic since the last call; None if none came, or it is too long."""

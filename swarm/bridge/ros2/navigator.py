@@ -4,6 +4,7 @@ from collections.abc import Callable
 from time import monotonic
 from typing import Any, Final
 
+from swarm.bridge.cdr.layouts import SECOND
 from swarm.bridge.errand import End, Errand
 from swarm.bridge.errands import Errands
 from swarm.bridge.ros2.actions import (
@@ -19,7 +20,7 @@ from swarm.bridge.ros2.actions import (
     result,
     statuses,
 )
-from swarm.bridge.ros2.convert import SECOND, stamp
+from swarm.bridge.ros2.convert import stamp
 from swarm.bridge.ros2.goals import order_to
 from swarm.bridge.ros2.graph import LiveNode, Request
 from swarm.bridge.ros2.interfaces import THROUGH_POSES

@@ -9,8 +9,8 @@ from typing import Any, Final
 
 import numpy as np
 
+from swarm.bridge.ros2.topics import RosService
 from swarm.bridge.ros2.types import Types
-from swarm.bridge.ros2.wire import RosService
 
 WITH_STATE: Final = ("bt_navigator", "amcl")  # nodes that are there for their state
 NOT_SET, BOOL = 0, 1  # rcl_interfaces/msg/ParameterType

@@ -6,17 +6,19 @@ from time import monotonic, time_ns
 from typing import Any, Final
 from uuid import uuid4
 
+from swarm.bridge.cdr.layouts import SECOND
 from swarm.bridge.folding import FLEET
 from swarm.bridge.following import LISTEN, ORDERED, Follower
+from swarm.bridge.names import namespaces
 from swarm.bridge.ros2 import navigator
-from swarm.bridge.ros2.convert import SECOND, Said, converted
+from swarm.bridge.ros2.convert import Converter, Said
 from swarm.bridge.ros2.goals import ordered
 from swarm.bridge.ros2.graph import LiveNode
 from swarm.bridge.ros2.navigator import ANSWER, Navigator
 from swarm.bridge.ros2.node_services import WITH_STATE, answer, services
-from swarm.bridge.ros2.topics import CLOCK, GOAL, HEARD, INITIAL_POSE, OF_FLEET, OF_ROBOT
+from swarm.bridge.ros2.topics import CLOCK, GOAL, HEARD, INITIAL_POSE, OF_FLEET, OF_ROBOT, RosService, RosTopic
 from swarm.bridge.ros2.types import Types
-from swarm.bridge.ros2.wire import NODE, Dialect, Node, RosService, RosTopic, namespaces
+from swarm.bridge.ros2.wire import NODE, Dialect, Node
 from swarm.bus import Bus, Endpoint
 from swarm.bus.foreign import Foreign
 from swarm.bus.losses import Ledger
@@ -72,6 +74,7 @@ class Bridge:
     ) -> None:
         self._bus, self._session, self._ros, self._domain, self._dialect = bus, session, ros, domain, dialect
         self._wall_time, self._log = wall_time, log
+        self._converter = Converter(wants=self._wants)
         self._ledger = Ledger(log)
         self._fleet = Follower(bus, log, (*LISTEN, *ORDERED))
         self._fold = self._fleet.fold
@@ -107,11 +110,6 @@ class Bridge:
         if self._fold.over:
             self._log("the run is over")
 
-    @property
-    def _now(self) -> int:
-        """The time [ns] for stamps."""
-        return time_ns() if self._wall_time else round(self._fold.time * SECOND)
-
     def _show_robots(self) -> None:
         """Announce robots that have come, and withdraw those that the run does not have any more."""
         if self._robots == self._fold.robots:
@@ -137,31 +135,39 @@ class Bridge:
                     robot, node, self._ros, self._bus, self._fleet.errands, self._log
                 )  # fmt: skip
         self._spaces, self._refused = spaces, refused
+        self._converter.show(spaces)
+        for said in self._converter.still(self._at(self._fold.time)):
+            self._send(said)
 
     def _speak(self) -> None:
         for message, robot, time in self._fold.said():
-            at = time_ns() if self._wall_time else round(time * SECOND)
             assert self._fold.settings is not None, "nothing is said without them"
             if isinstance(message, Truth):
                 self._poses = {body.robot: Pose(body.x, body.y, body.yaw) for body in message.bodies}
             try:
-                for said in converted(self._ros, message, robot, self._spaces, self._fold.settings, at):
+                for said in self._converter.converted(message, robot, self._fold.settings, self._at(time)):
                     self._send(said)
             except PeerError as fault:
                 self._ledger.refuse(type(message).__name__, fault)
 
+    def _at(self, time: float) -> int:
+        """Return the stamp [ns] of what was so at a time of the run [s]."""
+        return time_ns() if self._wall_time else round(time * SECOND)
+
+    def _wants(self, robot: str, topic: RosTopic) -> bool:
+        return (topic is not CLOCK or not self._wall_time) and self._nodes[robot].is_heard(topic)
+
     def _send(self, said: Said) -> None:
-        if said.topic is not CLOCK or not self._wall_time:
-            self._nodes[said.robot].send(said.topic, said.message)
+        self._nodes[said.robot].put(said.topic, said.payload)
 
     def _heed(self) -> None:
         """Take what ROS asks of the robots, and tell how far they are with it."""
         settings = self._fold.settings
         for robot, one in self._navigators.items():
             self._heed_topics(robot)
-            one.heed(self._fold.run, self._now)
+            one.heed(self._fold.run, self._at(self._fold.time))
             if settings is not None and robot in self._poses:
-                one.tell(self._poses[robot], settings.robot.top_speed, self._now)
+                one.tell(self._poses[robot], settings.robot.top_speed, self._at(self._fold.time))
 
     def _heed_topics(self, robot: str) -> None:
         """Send the last goal of a robot to the world as an order, and log the answer."""

@@ -9,13 +9,13 @@ from rosbags.interfaces import Nodetype
 from rosbags.serde import SerdeError
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
+from swarm.bridge.cdr.layouts import CDR_HEADER
 from swarm.bridge.ros2.interfaces import ACTIONS, MESSAGES, SERVICES, ActionText, ServiceText
 from swarm.errors import PeerError
 
 DISTROS: Final = MappingProxyType(
     {"jazzy": Stores.ROS2_JAZZY, "kilted": Stores.ROS2_KILTED, "lyrical": Stores.ROS2_LYRICAL}
 )
-CDR_HEADER: Final = b"\x00\x01\x00\x00"  # little-endian XCDR1 (OMG DDS-XTypes 1.3, 7.6.3.1.2): all that rmw_zenoh sends
 BROKEN: Final = (SerdeError, struct.error, ValueError, IndexError, AssertionError)  # what rosbags raises for no CDR
 
 
@@ -74,6 +74,11 @@ class Types:
         """Return the type hash of REP-2016, ``RIHS01_`` and 64 hex digits: it is a part of a topic's key."""
         found: str = self._store.hash_rihs01(name)
         return found
+
+    def definition(self, name: str) -> str:
+        """Return the text of a type with those of its parts, as bags and Foxglove have it (``ros2msg``)."""
+        text: str = self._store.generate_msgdef(name, ros_version=2)[0]
+        return text
 
 
 def _parsed(text: str) -> tuple[Any, Any]:

@@ -4,15 +4,14 @@ Source: rmw_zenoh's docs/design.md, liveliness_utils.cpp, attachment_helpers.cpp
 Kilted 0.6.0. Before these versions an attachment had another form. And what free_fleet expects of zenoh-bridge-ros2dds.
 """
 
-import re
 import struct
-from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Final, NamedTuple
+from typing import Final
 
 from xxhash import xxh3_128_intdigest
 
+from swarm.bridge.ros2.topics import RosService, RosTopic
 from swarm.errors import PeerError
 
 NODE: Final = "swarm_bridge"  # the name of the bridge's node in each namespace
@@ -27,40 +26,6 @@ class Dialect(StrEnum):
 
     RMW_ZENOH = "rmw_zenoh"  # ROS's own middleware: a key has the type and its hash, tokens tell who is there
     ROS2DDS = "ros2dds"  # as zenoh-bridge-ros2dds does, for free_fleet: a key is the name, nothing is attached
-
-
-class Qos(StrEnum):
-    """The qualities of service that the bridge offers, in the text of a token: empty is rmw_zenoh's default.
-
-    The parts are reliability (2: best effort), durability (1: transient local), history and depth; then deadline,
-    lifespan and liveliness.
-    """
-
-    DEFAULT = "::,10:,:,:,,"
-    LATCHED = ":1:,1:,:,:,,"
-    SENSOR = "2::,5:,:,:,,"
-    TF = "::,100:,:,:,,"  # tf2's own
-
-    @property
-    def is_latched(self) -> bool:
-        """True if who comes late gets the last message."""
-        return self is Qos.LATCHED
-
-
-class RosTopic(NamedTuple):
-    """A topic of ROS, below the namespace of its node."""
-
-    name: str
-    type: str
-    qos: Qos = Qos.DEFAULT
-
-
-class RosService(NamedTuple):
-    """A service of ROS, below the namespace of its node."""
-
-    name: str
-    type: str
-    qos: Qos = Qos.DEFAULT
 
 
 class EndpointKind(StrEnum):
@@ -159,25 +124,3 @@ def mangled(name: str) -> str:
     ('%r1%odom', '%')
     """
     return name.replace("/", "%")
-
-
-def namespaces(robots: Iterable[str]) -> tuple[dict[str, str], dict[str, str]]:
-    """Return the namespace of each robot, and who has it already for each robot that cannot have its own.
-
-    A name of ROS has only letters, digits and single underscores and begins with a letter; ours has ``.``, ``:`` and
-    ``-`` too.
-
-    >>> namespaces(["r1", "arm-2", "arm.2", "7"])
-    ({'r1': '/r1', 'arm-2': '/arm_2', '7': '/r7'}, {'arm.2': 'arm-2'})
-    """
-    given: dict[str, str] = {}
-    owners: dict[str, str] = {}
-    refused: dict[str, str] = {}
-    for robot in robots:
-        name = re.sub("[^A-Za-z0-9]+", "_", robot).strip("_")
-        name = name if name[:1].isalpha() else f"r{name}"
-        if name in owners:
-            refused[robot] = owners[name]
-        else:
-            owners[name], given[robot] = robot, f"/{name}"
-    return given, refused

@@ -8,18 +8,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from xxhash import xxh3_128_digest
 
+from swarm.bridge.names import namespaces
 from swarm.bridge.ros2.interfaces import ActionText, ServiceText
-from swarm.bridge.ros2.topics import HEARD, MAP, ODOMETRY, OF_FLEET, OF_ROBOT
+from swarm.bridge.ros2.topics import HEARD, MAP, ODOMETRY, OF_FLEET, OF_ROBOT, RosService
 from swarm.bridge.ros2.types import DISTROS, Types
-from swarm.bridge.ros2.wire import (
-    Dialect,
-    EndpointKind,
-    Node,
-    RosEndpoint,
-    RosService,
-    attachment,
-    namespaces,
-)
+from swarm.bridge.ros2.wire import Dialect, EndpointKind, Node, RosEndpoint, attachment
 from swarm.cli.bridge import ros2
 from swarm.errors import PeerError
 
@@ -40,6 +33,11 @@ HASHES: Final = {
     "geometry_msgs/msg/PoseStamped":  "10f3786d7d40fd2b54367835614bff85d4ad3b5dab62bf8bca0cc232d73b4cd8",
     "geometry_msgs/msg/PoseWithCovarianceStamped":
                                       "26432f9803e43727d3c8f668d1fdb3c630f548af631e2f4e31382371bfea3b6e",
+    # `ros2 topic info -v` of others, in public notes
+    "sensor_msgs/msg/BatteryState":   "4bee5dfce981c98faa6828b868307a0a73f992ed0789f374ee96c8f840e69741",
+    # other programs that speak with ROS 2 on this wire
+    "diagnostic_msgs/msg/DiagnosticArray": "5a8a36efb05fb25070fa0fb3810290c0e6cd4862b54a8fb975a1ee8dc55a333e",
+    "visualization_msgs/msg/MarkerArray":  "86cb8800b6fb05b5eff1abd7a56f62a5641d3ae9a1c29e78e67e704f1d067dcf",
 }
 # fmt: on
 FLEET: Final = Node(domain=0, session="abc", number=0, namespace="/")
