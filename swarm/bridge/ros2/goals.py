@@ -33,7 +33,7 @@ def order_to(poses: Sequence[Any], name: str, *, turns: bool = False) -> Order:
     """
     if not poses:
         raise PeerError("poses: expected at least one, got none")
-    headings = [yaw_of(pose) for pose in poses] if turns else []
+    headings: list[float | None] = [yaw_of(pose) for pose in poses] if turns else []
     return Order(id=name, targets=[target(pose) for pose in poses], headings=headings)
 
 
