@@ -97,7 +97,7 @@ class Bridge:
     def follow(self, stopped: Callable[[], bool]) -> None:
         """Hand on all that comes, in both directions, until the run is over."""
         while not stopped() and not self._fold.over:
-            for errand, end in self._fleet.take_in():
+            for errand, end in self._fleet.take_in(HEED):
                 if errand.robot in self._navigators:
                     self._navigators[errand.robot].end(errand, end)
             self._show_robots()

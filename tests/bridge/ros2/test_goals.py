@@ -29,8 +29,8 @@ def test_a_goal_on_the_map_is_an_order_to_one_target() -> None:
 
 
 def test_the_yaw_of_a_goal_is_heeded_if_that_is_asked_for() -> None:
-    turned = ordered(ROS, goal(), "a", turns=True)
-    assert turned == Order(id="a", targets=[(4.0, 3.0)], headings=[pytest.approx(1.0)])
+    (yaw,) = ordered(ROS, goal(), "a", turns=True).headings
+    assert yaw == pytest.approx(1.0)
 
 
 @given(st.floats(-pi, pi))
@@ -49,7 +49,7 @@ def test_an_orientation_off_the_floor_is_refused(turn: tuple[float, float, float
         turn
     )
     assert order_to([message], "a").headings == [], "nobody asked for it"
-    with pytest.raises(PeerError, match="pose.orientation: expected a turn about the vertical axis"):
+    with pytest.raises(PeerError, match=r"pose\.orientation: expected a turn about the vertical axis"):
         order_to([message], "a", turns=True)
 
 
