@@ -73,6 +73,6 @@ def test_it_is_known_whether_anybody_listens(endpoint: Endpoint) -> None:
 
         listening = other.declare_subscriber("odom", zenoh.handlers.RingChannel(1))
         until(heard=True)
-        listening.undeclare()
+        listening.undeclare()  # type: ignore[no-untyped-call]
         until(heard=False)
         session.withdraw("odom")
