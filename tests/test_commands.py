@@ -76,6 +76,7 @@ PARSED: Final = {  # command: why it is not run
     **{f"swarm replay run.swarm{more}": "the same; tests/world/replay/test_processes.py runs it" for more in ("", " --laws")},
     "swarm run office": "drives for two minutes; the same",
     "swarm bridge foxglove": "goes on until the run is over; tests/bridge/foxglove/test_process.py runs it",
+    "swarm run paper --pace 4 --dashboard off --record run.mcap": "drives for half a minute; tests/bridge/foxglove/test_recorded.py runs it",
     "swarm bridge ros2": "goes on until the run is over; tests/bridge/ros2/test_process.py runs it",
     "swarm why r5 run.swarm --at 7.5 --prove": "the same; tests/world/explain asks tapes, and a transcript is run",
     "swarm why r3": "asks a fleet that runs; tests/world/explain/test_processes.py does",
