@@ -42,7 +42,7 @@ def newest(path: Path, until: float) -> tuple[dict[str, Any], dict[Any, Any], di
     return last, markers, frames
 
 
-def rgba(colour: Any) -> tuple[float, float, float, float]:
+def rgba(colour: Any) -> tuple[float, float, float, float]:  # noqa: ANN401
     """Return a std_msgs/msg/ColorRGBA as matplotlib's."""
     return colour.r, colour.g, colour.b, colour.a
 

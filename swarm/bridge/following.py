@@ -5,7 +5,7 @@ from typing import Any, Final
 
 from swarm.bridge.folding import FLEET, Fold
 from swarm.bus import Arrival, Bus, Link
-from swarm.messages import CLOCK, EVENT, MAP, PLAN, SENSE, STATE, TRUTH, Topic
+from swarm.messages import CLOCK, EVENT, MAP, PLAN, RADIO, SENSE, STATE, TRUTH, Topic
 
 LISTEN: Final[tuple[Topic[Any], ...]] = (CLOCK, MAP, TRUTH, SENSE, PLAN, STATE, EVENT)
 KEPT: Final[tuple[Topic[Any], ...]] = (CLOCK, MAP, TRUTH, PLAN, STATE)  # the world answers with the last ones
@@ -29,6 +29,8 @@ class Follower:
         if self.fold.settings is None or self._run != self.fold.run:  # the map of another run may be another
             self._catch_up()
             self._run = self.fold.run
+        if self.fold.settings is not None and not self.fold.settings.map.known:
+            self._bus.listen(RADIO)  # robots tell each other what they learn of the floor
         arrived, room = self._bus.receive(patience), MOST
         while arrived is not None:
             match arrived:
