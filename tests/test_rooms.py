@@ -69,6 +69,7 @@ SUBROOMS: Final = {
     "swarm.robot.driving": "",
     "swarm.robot.host": "",
     "swarm.bridge.ros2": "",
+    "swarm.bridge.body": "ros2",
     "swarm.cli.bridge": "",
     "swarm.cli.start": "",
     "swarm.cli.steer": "look",

@@ -67,9 +67,17 @@ class Foreign:
         """Publish bytes on a key that is offered; if the send queue is full, they are dropped."""
         self._publishers[key].put(payload, attachment=attachment)
 
-    def listen(self, key: str, limit: int) -> None:
-        """Take what comes on a key, payloads of at most ``limit`` bytes."""
-        self._subscribers[key] = self._session.declare_subscriber(key, zenoh.handlers.RingChannel(WAITING)), limit
+    def listen(self, key: str, limit: int, *, late: bool = False) -> None:
+        """Take what comes on a key, payloads of at most ``limit`` bytes; with ``late`` also what publishers keep."""
+        waiting: Any = zenoh.handlers.RingChannel(WAITING)
+        subscriber = (
+            zenoh.ext.declare_advanced_subscriber(
+                self._session, key, waiting, history=zenoh.ext.HistoryConfig(detect_late_publishers=True)
+            )
+            if late
+            else self._session.declare_subscriber(key, waiting)
+        )
+        self._subscribers[key] = subscriber, limit
 
     def newest(self, key: str) -> bytes | None:
         """Return the payload that came last on a key since the last call; None if none came.

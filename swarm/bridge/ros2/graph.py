@@ -11,7 +11,10 @@ from swarm.bus.foreign import Foreign
 
 
 class LiveNode:
-    """A node in one namespace, present in ROS until ``close``, with what it offers and hears."""
+    """A node in one namespace, present in ROS until ``close``, with what it offers and hears.
+
+    What is longer than ``limit`` [bytes] is refused.
+    """
 
     def __init__(
         self,
@@ -21,6 +24,7 @@ class LiveNode:
         numbers: Iterator[int],
         offers: Iterable[RosTopic],
         hears: Iterable[RosTopic],
+        limit: int = GOAL_LIMIT,
     ) -> None:
         self._session, self._node, self._ros = session, node, ros
         self._offered: dict[str, tuple[RosEndpoint, Iterator[int]]] = {}
@@ -33,7 +37,7 @@ class LiveNode:
             self._offered[topic.name] = endpoint, count(1)
         for topic in hears:
             endpoint = node.endpoint(next(numbers), EndpointKind.SUBSCRIBER, topic, ros.hash(topic.type))
-            session.listen(endpoint.key, limit=GOAL_LIMIT)
+            session.listen(endpoint.key, limit, late=topic.qos.is_latched)
             session.announce(endpoint.token)
             self._heard[topic.name] = endpoint
 

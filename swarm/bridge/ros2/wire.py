@@ -13,7 +13,7 @@ from typing import Final, NamedTuple
 
 from xxhash import xxh3_128_intdigest
 
-NODE: Final = "swarm_bridge"  # the name of the bridge's node in each namespace
+NODE: Final = "swarm_bridge"  # the usual name of the bridge's node in each namespace
 ENCLAVE: Final = "%"  # of security: none
 ATTACHED: Final = struct.Struct("<qqB16s")  # number of the message, ns of its sending, length of the GID, the GID
 GID_LENGTH: Final = 16  # bytes
@@ -60,6 +60,7 @@ class Node:
     session: str  # the id of its Zenoh session
     number: int  # unique in the session
     namespace: str  # "/r1"; "/" is that of the fleet
+    name: str = NODE
 
     @property
     def token(self) -> str:
@@ -76,7 +77,7 @@ class Node:
         )
 
     def _token(self, number: int, kind: str) -> str:
-        place = f"{ENCLAVE}/{mangled(self.namespace)}/{NODE}"
+        place = f"{ENCLAVE}/{mangled(self.namespace)}/{self.name}"
         return f"@ros2_lv/{self.domain}/{self.session}/{self.number}/{number}/{kind}/{place}"
 
 

@@ -2,6 +2,7 @@
 
 import argparse
 
+from swarm.cli.bridge.body import body, of_a_body
 from swarm.cli.finding import of_a_client, place
 from swarm.cli.parsing import Commands, Parser, endpoint
 from swarm.errors import ConfigError
@@ -21,6 +22,8 @@ def bridge(options: argparse.Namespace) -> int:
         )
     if (lacks := without("ros2")) is not None:
         raise ConfigError(f"bridge ros2: {lacks}")
+    if options.body is not None:
+        return body(options)
     from swarm.bridge.ros2.process import run
 
     router, fleet = place(options, OPERATOR)
@@ -50,4 +53,5 @@ def add(commands: "Commands[Parser]") -> None:
     one.add_argument("--distro", choices=DISTROS, default=DISTROS[0], help=f"of ROS; {DISTROS[0]} by default")
     text = "stamps are of this machine's clock and not of the run's, and there is no /clock"
     one.add_argument("--wall-time", action="store_true", help=text)
+    of_a_body(one)
     one.set_defaults(command=bridge)

@@ -1,0 +1,189 @@
+"""The process of a body: it hears the robot in ROS and its brain in the fleet, and drives the robot, until the end."""
+
+from collections.abc import Callable
+from itertools import count
+from time import monotonic, time_ns
+from typing import Any, Final
+
+from swarm.bridge.body import readings
+from swarm.bridge.body.body import STANDS, Body, Setting
+from swarm.bridge.ros2.convert import header, vector
+from swarm.bridge.ros2.graph import LiveNode
+from swarm.bridge.ros2.types import Types
+from swarm.bridge.ros2.wire import Node, RosTopic
+from swarm.bus import Arrival, Bus, Endpoint, Link
+from swarm.bus.foreign import Foreign
+from swarm.bus.losses import Ledger
+from swarm.errors import ConfigError, PeerError
+from swarm.geometry import Twist
+from swarm.messages import BODY, CLOCK, COMMAND, MAP, SENSE, Clock, Command, Phase, Sense
+from swarm.settings import Settings
+from swarm.stopping import told_to_stop
+
+LOOK: Final = 0.01  # s, the longest time between two looks for what ROS says
+MOST: Final = 100  # arrivals that are taken in before the robot is told
+FAREWELLS: Final = 3  # twists of 0 at the end: one of them may be lost
+BASE: Final = "base_link"
+TWIST, STAMPED = "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"
+
+
+class RosRobot:
+    """A robot in the graph of ROS: what it says, and a twist for it."""
+
+    def __init__(self, session: Foreign, ros: Types, domain: int, setting: Setting, ledger: Ledger) -> None:
+        self._ros, self._setting, self._ledger = ros, setting, ledger
+        self._command = RosTopic(setting.command.strip("/"), STAMPED if setting.stamped else TWIST)
+        self.hears = readings.topics(setting.odometry, setting.localisation, setting.scan, setting.stop)
+        name = "swarm_body_" + "".join(letter if letter.isalnum() else "_" for letter in setting.robot)
+        node = Node(domain=domain, session=session.id, number=0, namespace="/", name=name)
+        most = max(readings.LIMITS.values())
+        self._node = LiveNode(session, node, ros, count(1), (self._command,), tuple(self.hears.values()), most)
+
+    def heard(self, kind: str, read: Callable[[Types, bytes], Any]) -> Any:  # noqa: ANN401
+        """Return the newest reading of a type that has come since the last call; None if none has."""
+        if (topic := self.hears.get(kind)) is None:
+            return None
+        try:
+            payload = self._node.newest(topic)
+            return None if payload is None else read(self._ros, payload)
+        except PeerError as fault:
+            self._ledger.refuse(topic.name, PeerError(f"/{topic.name}: {fault}"))
+            return None
+
+    def drive(self, twist: Twist) -> None:
+        """Tell the robot a twist."""
+        ros = self._ros
+        told = ros.make(TWIST, linear=vector(ros, twist.linear, 0.0), angular=vector(ros, 0.0, 0.0, twist.angular))
+        if self._setting.stamped:
+            told = ros.make(STAMPED, header=header(ros, BASE, time_ns()), twist=told)
+        self._node.send(self._command, told)
+
+    def stand(self) -> None:
+        """Tell the robot to stand, as the last thing."""
+        for _ in range(FAREWELLS):
+            self.drive(STANDS)
+
+
+def run(
+    endpoint: Endpoint,
+    fleet: str,
+    router: Endpoint,
+    domain: int,
+    distro: str,
+    setting: Setting,
+    log: Callable[[str], None] = print,
+) -> int:
+    """Drive a robot of ROS as the body of one robot of a fleet until the run is over or we are told to stop.
+
+    Raises:
+        ConfigError: one of the routers does not answer, or the fleet has another scenario than at the beginning.
+    """
+    with told_to_stop() as stop, Bus(endpoint, fleet, log) as bus, Foreign(router) as session:
+        ledger = Ledger(log)
+        robot = RosRobot(session, Types(distro), domain, setting, ledger)
+        try:
+            place = f"ROS domain {domain} ({distro}) on {router}"
+            log(f"{setting.robot} of fleet {fleet} is the robot that obeys {setting.command} in {place}")
+            Stand(bus, robot, setting, ledger, log).follow(stop.is_set)
+        finally:
+            robot.stand()
+    return 0
+
+
+class Stand:
+    """The main loop of one body."""
+
+    def __init__(self, bus: Bus, robot: RosRobot, setting: Setting, ledger: Ledger, log: Callable[[str], None]) -> None:
+        self._bus, self._robot, self._setting, self._ledger, self._log = bus, robot, setting, ledger, log
+        self._settings: Settings | None = None
+        self._run = -1  # of the last command
+        self._over = False
+        self._due = 0.0  # s, when the next report may go out
+        self._unreported = False  # a command has come that is not reported yet
+
+    def follow(self, stopped: Callable[[], bool]) -> None:
+        """Drive the robot until the run is over."""
+        self._bus.listen(CLOCK)
+        self._bus.listen(COMMAND, robot=self._setting.robot)
+        self._bus.listen(SENSE, robot=self._setting.robot)
+        while self._settings is None:
+            if stopped():
+                return
+            self._settings = self._scenario()
+        body = Body(self._setting, self._settings, monotonic())
+        dt = 1 / self._settings.rate
+        beat = monotonic()
+        while not stopped() and not self._over:
+            commanded = self._take_in(body)
+            now = monotonic()
+            self._hear(body, now)
+            if commanded or now >= beat:
+                twist, said = body.beat(now)
+                self._robot.drive(twist)
+                beat = now + dt
+                for line in said:
+                    self._log(line)
+            self._report(body, now, dt)
+            self._ledger.flush()
+        if self._over:
+            self._log("the run is over")
+
+    def _scenario(self) -> Settings | None:
+        found = self._bus.fetch(MAP, timeout=1.0)
+        return found[0].scenario.settings if found else None
+
+    def _take_in(self, body: Body) -> bool:
+        """Take in what has come from the fleet; return True if there is a new command among it."""
+        commanded, room = False, MOST
+        arrived = self._bus.receive(LOOK)
+        while arrived is not None:
+            match arrived:
+                case Arrival(message=Clock(phase=phase)):
+                    self._over = phase is Phase.OVER
+                case Arrival(message=Sense() as sense):
+                    body.take_sense(sense)
+                case Arrival(message=Command() as command):
+                    self._check_run(command.run)
+                    commanded |= body.take_command(command, monotonic())
+                    self._unreported = True
+                case Link(up=False):
+                    self._log("the fleet's router is away; waiting for it")
+            room -= 1
+            arrived = self._bus.receive(0.0) if room else None
+        return commanded
+
+    def _hear(self, body: Body, now: float) -> None:
+        """Take in what has come from ROS."""
+        hear = self._robot.heard
+        if (odometry := hear(readings.ODOMETRY, readings.odometry)) is not None:
+            body.take_odometry(odometry, now)
+        if (found := hear(readings.LOCALISATION, readings.localisation)) is not None:
+            body.take_localisation(found, now)
+        if (scan := hear(readings.SCAN, readings.beams)) is not None:
+            body.take_scan(scan, now)
+        if (pressed := hear(readings.STOP, readings.stop)) is not None:
+            body.take_stop(pressed)
+
+    def _report(self, body: Body, now: float, dt: float) -> None:
+        """Report the last command, not faster than the scenario's rate: in lockstep the clock waits for that."""
+        if self._unreported and now >= self._due and (report := body.report(now)) is not None:
+            self._bus.send(BODY, report, robot=self._setting.robot)
+            self._due = max(self._due, now - dt) + dt  # one may come a period early, if the one before came late
+            self._unreported = False
+
+    def _check_run(self, run: int) -> None:
+        """Check at the beginning of another run that it is of the same scenario.
+
+        Raises:
+            ConfigError: it is not.
+        """
+        if run == self._run:
+            return
+        again, self._run = self._run >= 0, run
+        if again:
+            self._robot.stand()
+            found = self._scenario()
+            if found is not None and found != self._settings:
+                raise ConfigError(
+                    "the fleet has another scenario now: expected that of the beginning; start this program again"
+                )

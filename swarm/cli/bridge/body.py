@@ -1,0 +1,70 @@
+"""`swarm bridge ros2 --body NAME`: a robot of ROS 2 is the body of a robot of the fleet."""
+
+import argparse
+from math import isfinite
+
+from swarm.cli.finding import place
+from swarm.cli.parsing import Parser, endpoint
+from swarm.errors import ConfigError
+
+
+def body(options: argparse.Namespace) -> int:
+    """Drive a robot of ROS as a body, or measure it."""
+    from swarm.bridge.body.body import Setting
+    from swarm.geometry import Pose
+
+    name = options.body
+    setting = Setting(
+        robot=name,
+        odometry=None if options.odom == "none" else options.odom or f"/{name}/odom",
+        localisation=options.pose,
+        scan=options.scan,
+        command=options.cmd or f"/{name}/cmd_vel",
+        stop=options.estop,
+        stamped=options.stamped,
+        mounted=Pose(*options.scan_at),
+        zero_is_far=options.scan_zero_is_far,
+        track_width=options.track_width,
+    )
+    from swarm.bridge.body.process import run
+
+    router, fleet = place(options, name)
+    ros = router if options.ros is None else endpoint(options.ros, None, name)
+    return run(router, fleet, ros, options.domain, options.distro, setting)
+
+
+def of_a_body(parser: Parser) -> None:
+    """Add the options of a body."""
+    group = parser.add_argument_group("a robot of ROS as a body of the fleet", "see docs/body.md")
+    add = group.add_argument
+    add("--body", metavar="ROBOT", help="which robot of the fleet it is; the world was started with the same")
+    add("--odom", metavar="T", help="nav_msgs/Odometry of the robot; /ROBOT/odom by default; none: --pose is enough")
+    add("--pose", metavar="T", help="where it is in the map, geometry_msgs/PoseWithCovarianceStamped, as of AMCL")
+    add("--scan", metavar="T", help="sensor_msgs/LaserScan; by default the world casts the robot's rays")
+    add("--scan-at", metavar="X,Y,YAW", type=_mounted, default=(0.0, 0.0, 0.0), help="m, rad; the scanner's pose on it")
+    add("--scan-zero-is-far", action="store_true", help="the scanner writes 0 where nothing is in reach")
+    add("--cmd", metavar="T", help="geometry_msgs/Twist for the robot; /ROBOT/cmd_vel by default")
+    add("--stamped", action="store_true", help="--cmd is geometry_msgs/TwistStamped")
+    add("--estop", metavar="T", help="std_msgs/Bool: true while an emergency stop is pressed")
+    text = "m; by which the robot makes wheel speeds of a twist; by default the scenario's robot.track_width"
+    add("--track-width", metavar="M", type=_width, help=text)
+
+
+def _mounted(text: str) -> tuple[float, ...]:
+    try:
+        values = tuple(float(part) for part in text.split(","))
+    except ValueError:
+        values = ()
+    if len(values) != 3 or not all(isfinite(value) and abs(value) < 10.0 for value in values):
+        raise ConfigError(f"--scan-at: expected X,Y,YAW in m and rad, got {text.strip()!r}; for example 0.1,0,3.14")
+    return values
+
+
+def _width(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = 0.0
+    if not 0.01 <= value <= 5.0:
+        raise ConfigError(f"--track-width: expected 0.01 to 5 m, got {text!r}")
+    return value
