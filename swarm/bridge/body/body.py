@@ -1,5 +1,7 @@
 """The body of one robot between the fleet and ROS: commands and readings come in, twists and reports go out. Pure."""
 
+from collections import deque
+from collections.abc import Sequence
 from typing import Final, NamedTuple
 
 from swarm.bridge.body.guard import FIRST_TRY, LAST_TRY, Guard, Seen
@@ -7,12 +9,14 @@ from swarm.bridge.body.localiser import Limits, Localiser
 from swarm.bridge.body.rays import Rays, rays
 from swarm.bridge.body.readings import Beams, Localisation, Odometry
 from swarm.bridge.body.wheels import LONG, Wheels
-from swarm.geometry import Pose, Twist
+from swarm.geometry import Pose, Twist, to_frame, wrap
 from swarm.messages import BODY, BodyReport, Command, Sense
 from swarm.motion.drive import DifferentialDrive
 from swarm.settings import Settings
 
 STANDS: Final = Twist(0.0, 0.0)
+KEPT: Final = 100  # localisations, to tell a twist where there is no odometry
+SPAN: Final = 0.2  # s, over which it is told: at 1 cm of noise that leaves 0.07 m/s
 
 
 class Setting(NamedTuple):
@@ -38,17 +42,15 @@ class Body:
         self._setting, self._settings, self._dt = setting, settings, 1 / settings.rate
         self._drive = DifferentialDrive(setting.track_width or robot.track_width)
         limits = Limits(robot.top_speed, 2 * robot.top_speed / self._drive.track_width)
-        self._localiser = Localiser(limits, localised=setting.localisation is not None)
-        self._guard = Guard(
-            odometry=setting.odometry or setting.localisation or "", localisation=setting.localisation or "",
-            scan=setting.scan or "",
-        )  # fmt: skip
+        self._localiser = Localiser(limits)
+        self._guard = Guard(setting.odometry, setting.localisation, setting.scan, setting.stop)
         self._wheels = Wheels(robot.top_speed, robot.wheel_acceleration)
         self._wheels_fault, self._wheels_at = "", 0.0
         self._command: tuple[Command, float] | None = None  # the newest, and when it came
         self._report: BodyReport | None = None
         self._placed: Pose | None = None  # where the fleet has it
-        self._stop = False
+        self._stop: bool | None = None if setting.stop else False
+        self._found: deque[tuple[float, Pose]] = deque(maxlen=KEPT)  # localisations and when they came
         self._jump, self._jumped_at = "", 0.0
         self._scan, self._scanned_at = Rays([]), None if setting.scan else now
         self._stands: str | None = None  # the name of the fault for which it stands
@@ -59,13 +61,20 @@ class Body:
     def take_odometry(self, odometry: Odometry, now: float) -> None:
         """Take in where the robot is in its own odometry."""
         if jump := self._localiser.take(odometry, now):
-            self._jump, self._jumped_at = jump, now
+            self._jump, self._jumped_at = f"its odometry {jump}", now
         self._begin()
 
     def take_localisation(self, found: Localisation, now: float) -> None:
-        """Take in where the robot is in the map."""
-        if jump := self._localiser.correct(found, now):
-            self._jump, self._jumped_at = jump, now
+        """Take in where the robot is in the map; without odometry, that tells its twist too."""
+        if self._setting.odometry is None:
+            self._found.append((now, found.pose))
+            jump = self._localiser.take(Odometry(found.stamp, found.pose, driven(self._found)), now)
+            self._localiser.begin_at(found.pose)
+        else:
+            jump = self._localiser.correct(found, now)
+        if jump:
+            self._jump, self._jumped_at = f"its localisation {jump}", now
+            self._found.clear()
 
     def take_scan(self, scan: Beams, now: float) -> None:
         """Take in a scan. One that lacks a ray leaves the last that was whole."""
@@ -151,6 +160,7 @@ class Body:
             jump_age=now - self._jumped_at,
             scan_age=age(self._scanned_at) if self._setting.scan else 0.0,
             scan_lacks=self._scan.lacks,
+            alone=self._localiser.alone if self._setting.odometry and self._setting.localisation else 0.0,
             stop=self._stop,
             wheels=self._wheels_fault,
             wheels_age=now - self._wheels_at,
@@ -165,3 +175,13 @@ class Body:
         self._stands = name
         robot = self._setting.robot
         return [f"{robot} stands: {fault[1]}" if fault is not None else f"{robot} goes on"]
+
+
+def driven(found: Sequence[tuple[float, Pose]]) -> Twist:
+    """Return the twist of a robot that was seen at times [s] and poses, over the last ``SPAN``."""
+    now, last = found[-1]
+    then, before = next(((at, pose) for at, pose in found if now - at <= SPAN), found[-1])
+    if then == now:
+        return STANDS
+    forward, _ = to_frame(before, last.x, last.y)
+    return Twist(forward / (now - then), wrap(last.yaw - before.yaw) / (now - then))

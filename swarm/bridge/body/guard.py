@@ -11,6 +11,7 @@ from swarm.messages import BODY, COMMAND
 
 SCAN_TIMEOUT: Final = 0.5  # s; lidars turn 5 to 10 times a second
 STAND: Final = 1.0  # s without a jump, after one
+ALONE: Final = 2.0  # m of way without a localisation: AMCL tells it every 0.25 m (its update_min_d)
 FIRST_TRY: Final = 2.0  # s that a robot stands whose wheels did not do what they were told; then twice as long, ...
 LAST_TRY: Final = 16.0  # s, ... up to this
 
@@ -25,7 +26,8 @@ class Seen(NamedTuple):
     jump_age: float
     scan_age: float | None  # of the last one with all rays; 0 if none is asked for
     scan_lacks: str
-    stop: bool
+    alone: float  # m, driven since the last localisation
+    stop: bool | None  # None: not known
     wheels: str  # what is wrong with them
     wheels_age: float  # since that was found
     command_age: float | None
@@ -41,11 +43,12 @@ class Fault(NamedTuple):
 
 @dataclass
 class Guard:
-    """What is asked for, and for how long a robot stands after its wheels' last fault."""
+    """The topics that are asked for, and for how long a robot stands after its wheels' last fault."""
 
-    odometry: str  # name of the topic
-    localisation: str
-    scan: str
+    odometry: str | None
+    localisation: str | None
+    scan: str | None
+    stop: str | None
     tries: float = FIRST_TRY  # s
 
     def fault(self, seen: Seen) -> tuple[str, str] | None:
@@ -64,31 +67,33 @@ def _old(age: float | None, most: float) -> bool:
 
 # fmt: off
 FAULTS: Final = (
-    Fault("stop",      lambda seen, _: seen.stop,
-          lambda seen, _: "an emergency stop is pressed"),
-    Fault("odometry",  lambda seen, _: _old(seen.odometry_age, BODY.timeout),
-          lambda seen, guard: _silent("odometry", guard.odometry, seen.odometry_age, BODY.timeout)),
-    Fault("lost",      lambda seen, _: bool(seen.lost),
-          lambda seen, guard: f"{seen.lost}: nobody knows where it is until " + (
-              f"{guard.localisation} says it" if guard.localisation
-              else "it stands where the fleet shows it and this program is started again; --pose would tell")),
-    Fault("unknown",   lambda seen, _: not seen.known,
-          lambda seen, guard: f"there is no localisation on {guard.localisation} yet" if guard.localisation
-              else "the fleet has not said yet where it stands"),
-    Fault("jump",      lambda seen, _: bool(seen.jump) and seen.jump_age < STAND,
-          lambda seen, _: f"its localisation {seen.jump}"),
-    Fault("scan",      lambda seen, _: _old(seen.scan_age, SCAN_TIMEOUT),
+    Fault("stop",     lambda seen, _: seen.stop is not False,
+          lambda seen, guard: f"an emergency stop is pressed, by {guard.stop}" if seen.stop
+              else f"nothing usable has come on {guard.stop} yet, which tells of the emergency stop"),
+    Fault("odometry", lambda seen, _: _old(seen.odometry_age, BODY.timeout),
+          lambda seen, guard: _silent(guard.odometry or guard.localisation, seen.odometry_age, BODY.timeout)),
+    Fault("lost",     lambda seen, _: bool(seen.lost),
+          lambda seen, guard: f"{seen.lost}; nobody knows where it is until " + (
+              f"{guard.localisation} tells" if guard.localisation
+              else "it stands where the fleet shows it and this program is started again")),
+    Fault("unknown",  lambda seen, _: not seen.known,
+          lambda seen, guard: _silent(guard.localisation, None, 0.0) if guard.localisation
+              else "the fleet has not told yet where it begins"),
+    Fault("alone",    lambda seen, _: seen.alone > ALONE,
+          lambda seen, guard: f"nothing usable has come on {guard.localisation} for {ALONE:g} m of its way"),
+    Fault("jump",     lambda seen, _: bool(seen.jump) and seen.jump_age < STAND,
+          lambda seen, _: seen.jump),
+    Fault("scan",     lambda seen, _: _old(seen.scan_age, SCAN_TIMEOUT),
           lambda seen, guard: f"the scan on {guard.scan} {seen.scan_lacks}" if seen.scan_lacks
-              else _silent("scan", guard.scan, seen.scan_age, SCAN_TIMEOUT)),
-    Fault("wheels",    lambda seen, guard: bool(seen.wheels) and seen.wheels_age < guard.tries,
+              else _silent(guard.scan, seen.scan_age, SCAN_TIMEOUT)),
+    Fault("wheels",   lambda seen, guard: bool(seen.wheels) and seen.wheels_age < guard.tries,
           lambda seen, guard: f"{seen.wheels}; it tries again in {guard.tries:g} s"),
-    Fault("command",   lambda seen, _: _old(seen.command_age, COMMAND.timeout),
-          lambda seen, _: _silent("command", "its brain", seen.command_age, COMMAND.timeout)),
+    Fault("command",  lambda seen, _: _old(seen.command_age, COMMAND.timeout),
+          lambda seen, _: "its brain has not commanded anything yet" if seen.command_age is None
+              else f"its brain has commanded nothing for {COMMAND.timeout:g} s"),
 )
 # fmt: on
 
 
-def _silent(what: str, where: str, age: float | None, timeout: float) -> str:
-    return (
-        f"there is no {what} from {where} yet" if age is None else f"there was no {what} from {where} for {timeout:g} s"
-    )
+def _silent(topic: str | None, age: float | None, timeout: float) -> str:
+    return f"nothing usable has come on {topic} " + ("yet" if age is None else f"for {timeout:g} s")

@@ -33,12 +33,13 @@ class Localiser:
     Without localisations the robot is where ``begin_at`` says, and odometry counts from its message of that moment.
     """
 
-    def __init__(self, limits: Limits, *, localised: bool) -> None:
-        self._limits, self._localised = limits, localised
+    def __init__(self, limits: Limits) -> None:
+        self._limits = limits
         self._correction: Pose | None = None  # odom in map; None: not known
         self._heard: deque[Heard] = deque(maxlen=KEPT)
-        self._early: Localisation | None = None  # came before all odometry: AMCL says it once while the robot stands
+        self._early: Localisation | None = None  # came without odometry: AMCL says it only once while the robot stands
         self.lost = ""  # why it is not known any more where the robot is
+        self.alone = 0.0  # m, driven since the last localisation
 
     @property
     def heard_at(self) -> float | None:
@@ -58,6 +59,7 @@ class Localiser:
     def begin_at(self, pose: Pose) -> None:
         """Take a pose in the map for that of now."""
         self._correction = corrected(pose, self._heard[-1].odometry.pose)
+        self.lost = ""
 
     def take(self, odometry: Odometry, now: float) -> str:
         """Take in an odometry that came at ``now`` [s]; return how it jumped, or nothing.
@@ -69,6 +71,7 @@ class Localiser:
             before = self._heard[-1]
             time = max(odometry.stamp - before.odometry.stamp, now - before.at)
             jump = jumped(before.odometry.pose, odometry.pose, self._limits, time)
+            self.alone += distance(before.odometry.pose, odometry.pose)
         if jump:
             self._heard.clear()
             self._correction = None
@@ -81,13 +84,15 @@ class Localiser:
 
     def correct(self, found: Localisation, now: float) -> str:
         """Take in a localisation that came at ``now`` [s]; return how the robot jumped by it, or nothing."""
-        if not self._heard:
+        if not self._heard or now - self._heard[-1].at > AHEAD:
             self._early = found
             return ""
         then = min(self._heard, key=lambda heard: abs(heard.odometry.stamp - found.stamp)).odometry
+        later = found.stamp - then.stamp
         before = self.pose(now)
-        self._correction = corrected(found.pose, then.pose)
-        self.lost = ""
+        at_that_time = integrate(then.pose, then.twist, later) if abs(later) < AHEAD else then.pose
+        self._correction = corrected(found.pose, at_that_time)
+        self.lost, self.alone = "", 0.0
         after = self.pose(now)
         assert after is not None, "it has been corrected"
         return "" if before is None else jumped(before, after, self._limits, 0.0)

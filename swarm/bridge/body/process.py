@@ -1,67 +1,23 @@
 """The process of a body: it hears the robot in ROS and its brain in the fleet, and drives the robot, until the end."""
 
 from collections.abc import Callable
-from itertools import count
-from time import monotonic, time_ns
-from typing import Any, Final
+from time import monotonic
+from typing import Final
 
 from swarm.bridge.body import readings
-from swarm.bridge.body.body import STANDS, Body, Setting
-from swarm.bridge.ros2.convert import header, vector
-from swarm.bridge.ros2.graph import LiveNode
+from swarm.bridge.body.body import Body, Setting
+from swarm.bridge.body.ros_robot import RosRobot
 from swarm.bridge.ros2.types import Types
-from swarm.bridge.ros2.wire import Node, RosTopic
 from swarm.bus import Arrival, Bus, Endpoint, Link
 from swarm.bus.foreign import Foreign
 from swarm.bus.losses import Ledger
-from swarm.errors import ConfigError, PeerError
-from swarm.geometry import Twist
+from swarm.errors import ConfigError
 from swarm.messages import BODY, CLOCK, COMMAND, MAP, SENSE, Clock, Command, Phase, Sense
 from swarm.settings import Settings
 from swarm.stopping import told_to_stop
 
 LOOK: Final = 0.01  # s, the longest time between two looks for what ROS says
 MOST: Final = 100  # arrivals that are taken in before the robot is told
-FAREWELLS: Final = 3  # twists of 0 at the end: one of them may be lost
-BASE: Final = "base_link"
-TWIST, STAMPED = "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"
-
-
-class RosRobot:
-    """A robot in the graph of ROS: what it says, and a twist for it."""
-
-    def __init__(self, session: Foreign, ros: Types, domain: int, setting: Setting, ledger: Ledger) -> None:
-        self._ros, self._setting, self._ledger = ros, setting, ledger
-        self._command = RosTopic(setting.command.strip("/"), STAMPED if setting.stamped else TWIST)
-        self.hears = readings.topics(setting.odometry, setting.localisation, setting.scan, setting.stop)
-        name = "swarm_body_" + "".join(letter if letter.isalnum() else "_" for letter in setting.robot)
-        node = Node(domain=domain, session=session.id, number=0, namespace="/", name=name)
-        most = max(readings.LIMITS.values())
-        self._node = LiveNode(session, node, ros, count(1), (self._command,), tuple(self.hears.values()), most)
-
-    def heard(self, kind: str, read: Callable[[Types, bytes], Any]) -> Any:  # noqa: ANN401
-        """Return the newest reading of a type that has come since the last call; None if none has."""
-        if (topic := self.hears.get(kind)) is None:
-            return None
-        try:
-            payload = self._node.newest(topic)
-            return None if payload is None else read(self._ros, payload)
-        except PeerError as fault:
-            self._ledger.refuse(topic.name, PeerError(f"/{topic.name}: {fault}"))
-            return None
-
-    def drive(self, twist: Twist) -> None:
-        """Tell the robot a twist."""
-        ros = self._ros
-        told = ros.make(TWIST, linear=vector(ros, twist.linear, 0.0), angular=vector(ros, 0.0, 0.0, twist.angular))
-        if self._setting.stamped:
-            told = ros.make(STAMPED, header=header(ros, BASE, time_ns()), twist=told)
-        self._node.send(self._command, told)
-
-    def stand(self) -> None:
-        """Tell the robot to stand, as the last thing."""
-        for _ in range(FAREWELLS):
-            self.drive(STANDS)
 
 
 def run(
@@ -155,13 +111,13 @@ class Stand:
     def _hear(self, body: Body, now: float) -> None:
         """Take in what has come from ROS."""
         hear = self._robot.heard
-        if (odometry := hear(readings.ODOMETRY, readings.odometry)) is not None:
+        for odometry in hear(readings.ODOMETRY, readings.odometry):
             body.take_odometry(odometry, now)
-        if (found := hear(readings.LOCALISATION, readings.localisation)) is not None:
+        for found in hear(readings.LOCALISATION, readings.localisation):
             body.take_localisation(found, now)
-        if (scan := hear(readings.SCAN, readings.beams)) is not None:
+        for scan in hear(readings.SCAN, readings.beams):
             body.take_scan(scan, now)
-        if (pressed := hear(readings.STOP, readings.stop)) is not None:
+        for pressed in hear(readings.STOP, readings.stop):
             body.take_stop(pressed)
 
     def _report(self, body: Body, now: float, dt: float) -> None:

@@ -8,6 +8,7 @@ from swarm.bridge.ros2.goals import GOAL_LIMIT
 from swarm.bridge.ros2.types import Types
 from swarm.bridge.ros2.wire import EndpointKind, Node, RosEndpoint, RosTopic, attachment
 from swarm.bus.foreign import Foreign
+from swarm.errors import PeerError
 
 
 class LiveNode:
@@ -54,6 +55,10 @@ class LiveNode:
             PeerError: it is too long.
         """
         return self._session.newest(self._heard[topic.name].key)
+
+    def arrived(self, topic: RosTopic) -> list[bytes | PeerError]:
+        """Return the payloads that came on a topic since the last call, or an error for one that is too long."""
+        return self._session.arrived(self._heard[topic.name].key)
 
     def close(self) -> None:
         """Withdraw the node and all that it has announced."""

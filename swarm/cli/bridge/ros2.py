@@ -2,7 +2,7 @@
 
 import argparse
 
-from swarm.cli.bridge.body import body, of_a_body
+from swarm.cli.bridge.body import body, check, of_a_body
 from swarm.cli.finding import of_a_client, place
 from swarm.cli.parsing import Commands, Parser, endpoint
 from swarm.errors import ConfigError
@@ -15,6 +15,7 @@ DOMAINS = range(233)  # ROS_DOMAIN_ID of all platforms: 0 to 232
 
 def bridge(options: argparse.Namespace) -> int:
     """Show a fleet to ROS 2 until its run is over or we are told to stop."""
+    check(options)
     if options.secure is not None and options.ros is None:
         raise ConfigError(
             "--secure: expected --ros ENDPOINT too, got none: the router of a fleet with keys serves no others; "

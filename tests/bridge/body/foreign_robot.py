@@ -27,10 +27,10 @@ STORE = get_typestore(Stores.ROS2_JAZZY)
 STEP = 0.02  # s: it moves and measures so often
 DEAD_MAN = 0.5  # s without a command: its own driver stands then, as real ones do
 USUAL: Settings = {
-    "domain": 0, "space": "r2", "frames": "", "stamped": False, "seed": 1,
+    "domain": 0, "space": "r2", "stamped": False, "seed": 1,
     "radius": 0.2, "late": 0.06, "acceleration": 1.5, "turn_acceleration": 8.0, "top": 1.6, "slow": 1.0, "turning": 1.0,
     "drift": 0.01, "odom_every": 2, "pose_every": 10, "pose_noise": 0.01, "turn_noise": 0.01, "scan_every": 5,
-    "beams": 360, "from": 0.0, "reach": 3.5, "mounted": [0.0, 0.0, 0.0], "zero": False, "boxes": [], "estop": False,
+    "beams": 360, "from": 0.0, "reach": 3.5, "mounted": [0.0, 0.0, 0.0], "zero": False, "boxes": [], "estop": False, "odom_frame": "odom",
 }  # fmt: skip
 
 
@@ -186,18 +186,18 @@ def drive(session: zenoh.Session, settings: Settings) -> None:
     driver = Driver(session, settings)
     kind = "geometry_msgs/msg/TwistStamped" if settings["stamped"] else "geometry_msgs/msg/Twist"
     commands: Any = session.declare_subscriber(driver.key("cmd_vel", kind), zenoh.handlers.FifoChannel(1000))
-    space = settings["frames"]
-    stopped = False
+    stopped = asked = False
     off: set[str] = set()
     driver.send("estop", make("std_msgs/msg/Bool", data=False))
     print("the robot stands", flush=True)
     began, tick = time.monotonic(), 0
     while True:
         tick += 1
-        wait = began + tick * STEP - time.monotonic()
-        ready, _, _ = select.select([sys.stdin], [], [], max(0.0, wait))
-        now = time.monotonic()
-        while ready:
+        late = time.monotonic() - began - tick * STEP
+        while True:  # what it is told does not make its time go faster
+            wait = began + tick * STEP - time.monotonic()
+            if wait <= 0.0 or not select.select([sys.stdin], [], [], wait)[0]:
+                break
             words = sys.stdin.readline().split()
             if not words:
                 print(f"collisions {plant.collisions}, path {plant.path:.1f} m", flush=True)
@@ -214,24 +214,26 @@ def drive(session: zenoh.Session, settings: Settings) -> None:
                 if settings["estop"]:
                     driver.send("estop", make("std_msgs/msg/Bool", data=stopped))
             elif name == "garbage":
-                driver.send(values[0], bytes.fromhex(values[1]) if len(values) > 1 else b"garbage")
+                driver.send(values[0], b"garbage")
             elif name == "where":
-                print(f"at {plant.x:.3f} {plant.y:.3f} {plant.yaw:.3f} {plant.v:.3f} {plant.w:.3f}", flush=True)
+                asked = True
             elif name == "set":
                 settings[values[0]] = json.loads(values[1])
-                space = settings["frames"]
-            ready, _, _ = select.select([sys.stdin], [], [], 0.0)
+        now = time.monotonic()
         while (sample := commands.try_recv()) is not None:
             said: Any = STORE.deserialize_cdr(sample.payload.to_bytes(), kind)
             said = said.twist if settings["stamped"] else said
             assert isfinite(said.linear.x + said.angular.z)
             plant.command(said.linear.x, said.angular.z, now)
-        if wait < -1.0:
-            began, tick = now, 0  # the machine was busy: it goes on from here
+        if late > 0.1:
+            began = now - tick * STEP  # the machine was busy: the robot was frozen with it
         plant.move(now, stopped)
+        if asked:  # once a step at most
+            asked = False
+            print("at", plant.x, plant.y, plant.yaw, plant.v, plant.w, *plant.told, flush=True)
         wheels.move(plant.v, plant.w)
         if tick % settings["odom_every"] == 0 and "odom" not in off:
-            driver.send("odom", odometry(wheels, plant.v, plant.w, f"{space}odom"))
+            driver.send("odom", odometry(wheels, plant.v, plant.w, settings["odom_frame"]))
         if tick % settings["pose_every"] == 0 and "pose" not in off:
             dx, dy, turn = settings.get("error", (0.0, 0.0, 0.0))
             noise, turns = settings["pose_noise"], settings["turn_noise"]
@@ -241,7 +243,7 @@ def drive(session: zenoh.Session, settings: Settings) -> None:
             )  # fmt: skip
             driver.send(
                 "amcl_pose",
-                make("geometry_msgs/msg/PoseWithCovarianceStamped", header=header(f"{space}map"), pose=found),
+                make("geometry_msgs/msg/PoseWithCovarianceStamped", header=header("map"), pose=found),
             )
         if tick % settings["scan_every"] == 0 and "scan" not in off:
             driver.send("scan", scan(plant, settings, boxes))

@@ -6,15 +6,27 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 from swarm.bus import Bus, Endpoint
 from swarm.maps.occupancy import FREE
 from swarm.maps.wire import unpack
 from swarm.messages import MAP
-from tests.launch.actors import FAREWELL, PATIENCE
+from tests.launch.actors import FAREWELL, PATIENCE, Fleet
 
 ROBOT: Final = Path(__file__).with_name("foreign_robot.py")
+
+
+class Where(NamedTuple):
+    """How the robot really is."""
+
+    x: float  # m
+    y: float  # m
+    yaw: float  # rad
+    speed: float  # m/s
+    turning: float  # rad/s
+    told_speed: float  # m/s
+    told_turning: float  # rad/s
 
 
 class ForeignRobot:
@@ -32,10 +44,26 @@ class ForeignRobot:
         assert self.process.stdout is not None
         return self.process.stdout.readline().rstrip("\n")
 
-    def where(self) -> list[float]:
-        """Return x, y, yaw, speed and yaw rate, as they really are."""
+    def where(self) -> Where:
+        """Return where it really is, how fast, and what it was told last."""
         self.tell("where")
-        return [float(word) for word in self.line().split()[1:]]
+        return Where(*map(float, self.line().split()[1:]))
+
+    def stands(self, told: bool = True) -> Where:
+        """Wait until it stands, because it was told to or for another reason; the robot answers at its own pace."""
+        for _ in range(round(PATIENCE / 0.02)):
+            at = self.where()
+            if at.speed == at.turning == 0.0 and (not told or (at.told_speed, at.told_turning) == (0.0, 0.0)):
+                return at
+        raise AssertionError("it goes on driving")
+
+    def drives(self) -> Where:
+        """Wait until it drives."""
+        for _ in range(round(PATIENCE / 0.02)):
+            at = self.where()
+            if at.speed > 0.2:
+                return at
+        raise AssertionError("it does not drive")
 
     def end(self) -> tuple[int, float]:
         """End it; return how often it hit a wall, and how far it drove [m]."""
@@ -67,9 +95,10 @@ def foreign_robot(router: Endpoint, **settings: Any) -> Iterator[ForeignRobot]: 
                 pipe.close()
 
 
-def floor_of(bus: Bus, robot: str) -> dict[str, Any]:
-    """Return where a fleet's robot begins and the walls around it, as the foreign robot takes them."""
-    found = next(iter(bus.fetch(MAP, timeout=PATIENCE)))
+def floor_of(fleet: Fleet, bus: Bus, robot: str) -> dict[str, Any]:
+    """Return where a fleet's robot begins and the walls around it, as the foreign robot takes them, once all are there."""
+    fleet.await_all(bus)
+    (found,) = bus.fetch(MAP, timeout=PATIENCE)
     floor = unpack(found.packed)
     side, (x, y, yaw) = floor.resolution, floor.origin
     assert yaw == 0.0
