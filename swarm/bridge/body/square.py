@@ -195,7 +195,8 @@ def told(found: Measured, track_width: float, speed: float, by: str) -> Iterator
     yield f"the square ends     {found.closed[0]:.2f} m and {found.closed[1]:.2f} rad from its begin, by {by}"
     rates = [rate for rate in (found.acceleration, found.braking) if rate is not None]
     yield ""
-    yield "robot:  # lines for the scenario"
+    yield f"swarm bridge ros2 --track-width {track_width:g} ... and in the scenario:"
+    yield "robot:"
     yield f"  track_width: {effective:.3f}"
     if rates:
         yield f"  wheel_acceleration: {min(rates):.2f}"

@@ -11,6 +11,7 @@ from swarm.cli import main
 from swarm.messages import EVENT
 from tests.bridge.body.robots import floor_of, foreign_robot
 from tests.launch.actors import SMALL, Command, Fleet, await_event
+from tests.secure.shared import fleet_keys
 from tests.shared import PAPER
 
 pytestmark = pytest.mark.processes
@@ -151,9 +152,55 @@ def test_a_square_without_a_fleet_prints_what_the_robot_is_like(tmp_runtime: Pat
         assert square.end() == 0, square.text
         robot.stands()
         collisions, path = robot.end()
-    print(square.text)
     assert collisions == 0
     assert path == pytest.approx(4 * 0.6, abs=0.5)
     lines = dict(line.split(":") for line in square.text.splitlines() if line.startswith("  "))
     assert float(lines["  track_width"]) == pytest.approx(0.4 / 0.9, rel=0.05)
     assert float(lines["  wheel_acceleration"]) == pytest.approx(0.5, rel=0.25)
+
+
+@pytest.mark.long("a mission at the pace of a real robot")
+@pytest.mark.parametrize(
+    ("pace", "like", "words"),
+    [
+        ("1", {"stamped": True, "odom_every": 1}, ("--stamped",)),
+        ("max", {"odom_every": 1, "mounted": [-0.1, 0.05, 3.1], "beams": 500, "zero": True},
+         ("--scan", "/r2/scan", "--scan-at=-0.1,0.05,3.1", "--scan-zero-is-far")),
+    ],
+    ids=["odometry alone", "lockstep"],
+)  # fmt: skip
+def test_a_mission_by_odometry_alone_in_real_time_and_in_lockstep(
+    pace: str, like: dict[str, object], words: tuple[str, ...], small: Path, tmp_runtime: Path, endpoint: Endpoint
+) -> None:
+    with (
+        Fleet(small, "--pace", pace, "--body", "r2", runtime=tmp_runtime) as fleet,
+        fleet.bus() as bus,
+        foreign_robot(endpoint, **floor_of(fleet, bus, "r2"), drift=0.002, **like) as robot,
+    ):
+        with Command("bridge", "ros2", "--body", "r2", "--ros", str(endpoint), *words, runtime=tmp_runtime) as body:
+            assert fleet.end() == 0, fleet.text
+            assert body.end() == 0
+        assert robot.end()[0] == 0
+    summary = fleet.report()
+    assert sum(summary["contacts"].values()) == 0
+    assert summary["sim_time"] <= summary["wall_time"] + 5.0, "in lockstep the clock waits for the robot"
+
+
+@pytest.mark.long("a fleet of its own, with keys")
+def test_in_a_fleet_with_keys_a_body_has_the_keys_of_its_robot(
+    small: Path, tmp_runtime: Path, endpoint: Endpoint
+) -> None:
+    fleet_keys(keys := tmp_runtime / "keys")
+    with (
+        Fleet(small, "--pace", "1", "--body", "r2", runtime=tmp_runtime, keys=keys) as fleet,
+        fleet.bus() as bus,
+        foreign_robot(endpoint, **floor_of(fleet, bus, "r2")) as robot,
+    ):
+        words = ("--body", "r2", "--ros", str(endpoint), "--secure", str(keys))
+        with Command("bridge", "ros2", *words, runtime=tmp_runtime) as body:
+            bus.listen(EVENT)
+            await_event(bus, lambda event: event.kind == "reached" and event.robot == "r2")
+            assert main(["stop", "--secure", str(keys)]) == 0
+            assert body.end() == 0
+        assert robot.end()[0] == 0
+        fleet.end()
