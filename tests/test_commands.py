@@ -76,6 +76,11 @@ PARSED: Final = {  # command: why it is not run
     **{f"swarm replay run.swarm{more}": "the same; tests/world/replay/test_processes.py runs it" for more in ("", " --laws")},
     "swarm run office": "drives for two minutes; the same",
     "swarm bridge ros2": "goes on until the run is over; tests/bridge/ros2/test_process.py runs it",
+    **dict.fromkeys((
+        "swarm run paper --robots 4 --body r2 --pace realtime",
+        "swarm bridge ros2 --body r2 --pose /r2/amcl_pose --scan /r2/scan",
+        "swarm bridge ros2 --body r2 --square 1 --speed 0.2 --track-width 0.16 --pose /r2/amcl_pose",
+    ), "needs a robot of ROS; tests/bridge/body/test_process.py runs it with one"),
     "swarm why r5 run.swarm --at 7.5 --prove": "the same; tests/world/explain asks tapes, and a transcript is run",
     "swarm why r3": "asks a fleet that runs; tests/world/explain/test_processes.py does",
     "swarm diff run.swarm other.swarm": "the same; tests/world/explain/test_parting.py compares tapes",

@@ -1,6 +1,7 @@
 """`swarm bridge ros2 --body NAME`: a robot of ROS 2 is the body of a robot of the fleet."""
 
 import argparse
+import re
 from functools import partial
 from math import isfinite, nan
 
@@ -8,6 +9,8 @@ from swarm.cli.finding import place
 from swarm.cli.parsing import DEFAULT_PLACE, Parser, endpoint
 from swarm.errors import ConfigError
 
+TOPICS = ("odom", "pose", "scan", "cmd", "estop")
+TOPIC = re.compile(r"(/[A-Za-z](_?[A-Za-z0-9])*)+")  # a full name of ROS
 OPTIONS = ("odom", "pose", "scan", "scan_at", "scan_zero_is_far", "cmd", "stamped", "estop", "track_width", "square")
 
 
@@ -20,10 +23,18 @@ def check(options: argparse.Namespace) -> None:
     given = [f"--{name.replace('_', '-')}" for name in OPTIONS if getattr(options, name)]
     if options.body is None and given:
         raise ConfigError(f"{given[0]}: expected --body ROBOT too, got none; name the robot of the fleet")
-    if options.square is not None and (options.track_width is None or options.odom == "none"):
+    for name in TOPICS:
+        topic = getattr(options, name)
+        if topic is not None and (name, topic) != ("odom", "none") and not TOPIC.fullmatch(topic):
+            raise ConfigError(
+                f"--{name}: expected a topic that begins with /, of letters, digits and single _, got {topic!r}"
+            )
+    if options.square is not None and options.track_width is None:
         raise ConfigError(
-            "--square: expected --track-width and odometry too; the robot's driver has a wheel separation"
+            "--square: expected --track-width M too, the wheel separation of the robot's driver, got none"
         )
+    if options.square is not None and options.odom == "none":
+        raise ConfigError("--square: expected odometry, got --odom none")
     if options.odom == "none" and options.pose is None:
         raise ConfigError("--odom none: expected --pose T too, got none: one of them tells where the robot is")
 

@@ -1,15 +1,18 @@
 """A differential robot of ROS 2 that nobody here has made: python foreign_robot.py SETTINGS, a JSON object.
 
 It stands for a real robot. It imports nothing of this project: its floor is boxes, its drive a unicycle that obeys late,
-gains speed only so fast and slips, its odometry has errors that add up, and its lidar casts rays at the boxes. It speaks
-rmw_zenoh's wire with plain zenoh and rosbags. Lines on its standard input make it fail; it prints its collisions.
+gains speed only so fast and slips, its odometry has errors that add up, and its lidar casts rays at the boxes. With
+"sim": "irsim" the library ir-sim moves it and casts its rays. It speaks rmw_zenoh's wire with plain zenoh and rosbags.
+Lines on its standard input make it fail; it prints its collisions.
 """
 
+import importlib
 import json
 import random
 import select
 import struct
 import sys
+import tempfile
 import time
 from math import cos, hypot, inf, isfinite, pi, sin
 from typing import Any
@@ -24,13 +27,13 @@ Settings = dict[str, Any]
 Floats = NDArray[np.float64]
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
-STEP = 0.02  # s: it moves and measures so often
 DEAD_MAN = 0.5  # s without a command: its own driver stands then, as real ones do
 USUAL: Settings = {
     "domain": 0, "space": "r2", "stamped": False, "seed": 1,
     "radius": 0.2, "late": 0.06, "acceleration": 1.5, "turn_acceleration": 8.0, "top": 1.6, "slow": 1.0, "turning": 1.0,
     "drift": 0.01, "odom_every": 2, "pose_every": 10, "pose_noise": 0.01, "turn_noise": 0.01, "scan_every": 5,
-    "beams": 360, "from": 0.0, "reach": 3.5, "mounted": [0.0, 0.0, 0.0], "zero": False, "boxes": [], "estop": False, "odom_frame": "odom",
+    "beams": 360, "from": 0.0, "reach": 3.5, "mounted": [0.0, 0.0, 0.0], "zero": False, "boxes": [], "estop": False, "odom_frame": "odom", "sim": "own",
+    "step": 0.02,
 }  # fmt: skip
 
 
@@ -48,39 +51,91 @@ class Plant:
     def command(self, v: float, w: float, now: float) -> None:
         self.waiting.append((now + self.settings["late"], v, w))
 
-    def move(self, now: float, stopped: bool) -> None:
+    def obeyed(self, now: float, stopped: bool) -> tuple[float, float]:
+        """Return the twist that the motors are at now."""
         s = self.settings
         while self.waiting and self.waiting[0][0] <= now:
             self.told_at, *told = self.waiting.pop(0)
             self.told = told[0], told[1]
         v, w = self.told if now - self.told_at < DEAD_MAN and not stopped else (0.0, 0.0)
-        v, w = max(-s["top"], min(s["top"], v)) * s["slow"], w * s["slow"] * s["turning"]
-        gain, turn = s["acceleration"] * STEP, s["turn_acceleration"] * STEP
+        return max(-s["top"], min(s["top"], v)) * s["slow"], w * s["slow"] * s["turning"]
+
+    def move(self, now: float, stopped: bool) -> None:
+        s = self.settings
+        v, w = self.obeyed(now, stopped)
+        step = s["step"]
+        gain, turn = s["acceleration"] * step, s["turn_acceleration"] * step
         self.v += max(-gain, min(gain, v - self.v))
         self.w += max(-turn, min(turn, w - self.w))
-        along = self.yaw + self.w * STEP / 2
-        x, y = self.x + self.v * STEP * cos(along), self.y + self.v * STEP * sin(along)
+        along = self.yaw + self.w * step / 2
+        x, y = self.x + self.v * step * cos(along), self.y + self.v * step * sin(along)
         touches = any(gap(box, x, y) < s["radius"] for box in s["boxes"])
         self.collisions += touches and not self.touches
         self.touches = touches
         if not touches:
             self.path += hypot(x - self.x, y - self.y)
             self.x, self.y = x, y
-        self.yaw = (self.yaw + self.w * STEP + pi) % (2 * pi) - pi
+        self.yaw = (self.yaw + self.w * step + pi) % (2 * pi) - pi
+
+
+class IrSim(Plant):
+    """The same robot in the library ir-sim: its kinematics with their noise, its collisions and its lidar."""
+
+    def __init__(self, pose: list[float], settings: Settings) -> None:
+        super().__init__(pose, settings)
+        irsim = importlib.import_module("irsim")  # it says on standard output that there is no display
+        s = settings
+        boxes = [
+            {
+                "shape": {"name": "rectangle", "length": x1 - x0, "width": y1 - y0},
+                "state": [(x0 + x1) / 2, (y0 + y1) / 2, 0],
+            }
+            for x0, y0, x1, y1 in s["boxes"]
+        ]
+        robot = {
+            "kinematics": {"name": "diff", "noise": True, "alpha": [0.02, 0, 0, 0.02]}, "state": pose, "goal": [1e3, 1e3, 0],
+            "shape": {"name": "circle", "radius": s["radius"]}, "vel_min": [-s["top"], -8.0], "vel_max": [s["top"], 8.0],
+            "acce": [s["acceleration"], s["turn_acceleration"]],
+            "sensors": [{"name": "lidar2d", "range_min": 0.0, "range_max": s["reach"], "angle_range": 2 * pi,
+                         "number": s["beams"], "noise": True, "std": 0.01}],
+        }  # fmt: skip
+        size = [max(box[2] for box in s["boxes"]), max(box[3] for box in s["boxes"])]
+        world = {"width": size[0], "height": size[1], "step_time": s["step"], "sample_time": s["step"]}
+        with tempfile.NamedTemporaryFile("w", suffix=".yaml") as file:
+            json.dump({"world": world, "robot": [robot], "obstacle": boxes}, file)
+            file.flush()
+            self.env = irsim.make(file.name, display=False, disable_all_plot=True, log_level="ERROR")
+
+    def move(self, now: float, stopped: bool) -> None:
+        before = self.x, self.y
+        self.env.step(np.array(self.obeyed(now, stopped)).reshape(2, 1))
+        robot = self.env.robot
+        self.x, self.y, self.yaw = map(float, robot.state.ravel()[:3])
+        self.v, self.w = map(float, robot.velocity.ravel()[:2])
+        self.collisions += robot.collision and not self.touches
+        self.touches = robot.collision
+        self.path += hypot(self.x - before[0], self.y - before[1])
+
+    def scan(self) -> tuple[float, float, Floats]:
+        """Return the first angle, the angle between two beams, and the ranges."""
+        seen = self.env.robot.get_lidar_scan()
+        ranges = np.array(seen["ranges"])
+        ranges[ranges >= self.settings["reach"]] = np.inf
+        return seen["angle_min"], seen["angle_increment"], ranges
 
 
 class Wheels:
     """What the robot's encoders say: its own motion with errors that add up, from wherever it was switched on."""
 
     def __init__(self, settings: Settings, chance: random.Random) -> None:
-        self.x, self.y, self.yaw = 0.0, 0.0, 0.0
+        self.x, self.y, self.yaw, self.step = 0.0, 0.0, 0.0, settings["step"]
         self.drift = settings["drift"] * chance.choice([-1, 1]), settings["drift"] * chance.choice([-1, 1])
 
     def move(self, v: float, w: float) -> None:
         v, w = v * (1 + self.drift[0]), w * (1 + self.drift[1]) + v * self.drift[1] * 0.2
-        self.x += v * STEP * cos(self.yaw + w * STEP / 2)
-        self.y += v * STEP * sin(self.yaw + w * STEP / 2)
-        self.yaw = (self.yaw + w * STEP + pi) % (2 * pi) - pi
+        self.x += v * self.step * cos(self.yaw + w * self.step / 2)
+        self.y += v * self.step * sin(self.yaw + w * self.step / 2)
+        self.yaw = (self.yaw + w * self.step + pi) % (2 * pi) - pi
 
 
 def gap(box: list[float], x: float, y: float) -> float:
@@ -163,17 +218,19 @@ def odometry(wheels: Wheels, v: float, w: float, frame: str) -> Any:  # noqa: AN
 
 def scan(plant: Plant, settings: Settings, boxes: Floats) -> Any:  # noqa: ANN401
     """A lidar whose beam 0 points ``from`` and that turns to the left; nothing in reach is +inf by REP-117, or 0."""
-    mx, my, turned = settings["mounted"]
-    c, s = cos(plant.yaw), sin(plant.yaw)
-    count = settings["beams"]
-    step = 2 * pi / count
-    angles = settings["from"] + step * np.arange(count)
-    ranges = cast(boxes, plant.x + c * mx - s * my, plant.y + s * mx + c * my, plant.yaw + turned + angles)
-    ranges[ranges > settings["reach"]] = 0.0 if settings["zero"] else np.inf
+    if isinstance(plant, IrSim):
+        first, step, ranges = plant.scan()
+    else:
+        mx, my, turned = settings["mounted"]
+        c, s = cos(plant.yaw), sin(plant.yaw)
+        first, step = settings["from"], 2 * pi / settings["beams"]
+        angles = plant.yaw + turned + first + step * np.arange(settings["beams"])
+        ranges = cast(boxes, plant.x + c * mx - s * my, plant.y + s * mx + c * my, angles)
+        ranges[ranges > settings["reach"]] = 0.0 if settings["zero"] else np.inf
     if settings.get("half"):
-        ranges, angles = ranges[: count // 2], angles[: count // 2]
+        ranges = ranges[: len(ranges) // 2]
     return make(
-        "sensor_msgs/msg/LaserScan", header=header("base_scan"), angle_min=float(angles[0]), angle_max=float(angles[-1]),
+        "sensor_msgs/msg/LaserScan", header=header("base_scan"), angle_min=first, angle_max=first + step * (len(ranges) - 1),
         angle_increment=step, time_increment=0.0, scan_time=0.1, range_min=0.12, range_max=settings["reach"],
         ranges=ranges.astype(np.float32), intensities=np.zeros(0, np.float32),
     )  # fmt: skip
@@ -181,7 +238,8 @@ def scan(plant: Plant, settings: Settings, boxes: Floats) -> Any:  # noqa: ANN40
 
 def drive(session: zenoh.Session, settings: Settings) -> None:
     chance = random.Random(settings["seed"])
-    plant, wheels = Plant(settings["pose"], settings), Wheels(settings, chance)
+    plant = (IrSim if settings["sim"] == "irsim" else Plant)(settings["pose"], settings)
+    wheels, step = Wheels(settings, chance), settings["step"]
     boxes = np.array(settings["boxes"] or [[1e6, 1e6, 1e6 + 1, 1e6 + 1]], float)
     driver = Driver(session, settings)
     kind = "geometry_msgs/msg/TwistStamped" if settings["stamped"] else "geometry_msgs/msg/Twist"
@@ -193,9 +251,9 @@ def drive(session: zenoh.Session, settings: Settings) -> None:
     began, tick = time.monotonic(), 0
     while True:
         tick += 1
-        late = time.monotonic() - began - tick * STEP
+        late = time.monotonic() - began - tick * step
         while True:  # what it is told does not make its time go faster
-            wait = began + tick * STEP - time.monotonic()
+            wait = began + tick * step - time.monotonic()
             if wait <= 0.0 or not select.select([sys.stdin], [], [], wait)[0]:
                 break
             words = sys.stdin.readline().split()
@@ -226,7 +284,7 @@ def drive(session: zenoh.Session, settings: Settings) -> None:
             assert isfinite(said.linear.x + said.angular.z)
             plant.command(said.linear.x, said.angular.z, now)
         if late > 0.1:
-            began = now - tick * STEP  # the machine was busy: the robot was frozen with it
+            began = now - tick * step  # the machine was busy: the robot was frozen with it
         plant.move(now, stopped)
         if asked:  # once a step at most
             asked = False

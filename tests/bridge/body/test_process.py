@@ -1,6 +1,7 @@
 """A fleet one of whose robots is a robot of ROS: over real processes, with ROS's router apart from the fleet's."""
 
 import signal
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Final
 
@@ -18,13 +19,20 @@ pytestmark = pytest.mark.processes
 
 
 @pytest.mark.long("the paper's mission in real time")
+@pytest.mark.parametrize("like", [
+    {},
+    pytest.param(
+        {"sim": "irsim", "step": 0.05, "odom_every": 1, "pose_every": 4, "scan_every": 2, "beams": 240},
+        marks=pytest.mark.skipif(find_spec("irsim") is None, reason="ir-sim is not installed: pip install ir-sim"),
+    ),
+], ids=["own", "ir-sim"])  # fmt: skip
 def test_one_of_four_robots_is_outside_and_the_papers_mission_is_complete(
-    tmp_runtime: Path, endpoint: Endpoint
+    like: dict[str, object], tmp_runtime: Path, endpoint: Endpoint
 ) -> None:
     with (
         Fleet(PAPER, "--pace", "1", "--body", "r2", runtime=tmp_runtime, robots=4) as fleet,
         fleet.bus() as bus,
-        foreign_robot(endpoint, **floor_of(fleet, bus, "r2")) as robot,
+        foreign_robot(endpoint, **floor_of(fleet, bus, "r2"), **like) as robot,
     ):
         words = ("--body", "r2", "--pose", "/r2/amcl_pose", "--scan", "/r2/scan")
         with Command("bridge", "ros2", "--ros", str(endpoint), *words, runtime=tmp_runtime) as body:
