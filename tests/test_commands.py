@@ -82,6 +82,7 @@ PARSED: Final = {  # command: why it is not run
         "swarm bridge ros2 --body r2 --square 1 --speed 0.2 --track-width 0.16 --pose /r2/amcl_pose",
     ), "needs a robot of ROS; tests/bridge/body/test_process.py runs it with one"),
     "swarm why r5 run.swarm --at 7.5 --prove": "the same; tests/world/explain asks tapes, and a transcript is run",
+    "swarm why r3 run.swarm --at 12": "the same",
     "swarm why r3": "asks a fleet that runs; tests/world/explain/test_processes.py does",
     "swarm diff run.swarm other.swarm": "the same; tests/world/explain/test_parting.py compares tapes",
     "swarm diff before.swarm after.swarm": "the same",

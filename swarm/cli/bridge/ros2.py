@@ -7,7 +7,7 @@ from swarm.cli.finding import of_a_client, place
 from swarm.cli.parsing import Commands, Parser, endpoint
 from swarm.errors import ConfigError
 from swarm.installed import without
-from swarm.secure.names import OPERATOR
+from swarm.secure.names import BRIDGE
 
 DISTROS = ("jazzy", "kilted")
 DOMAINS = range(233)  # ROS_DOMAIN_ID of all platforms: 0 to 232
@@ -27,8 +27,8 @@ def bridge(options: argparse.Namespace) -> int:
         return body(options)
     from swarm.bridge.ros2.process import run
 
-    router, fleet = place(options, OPERATOR)
-    ros = router if options.ros is None else endpoint(options.ros, None, OPERATOR)
+    router, fleet = place(options, BRIDGE)
+    ros = router if options.ros is None else endpoint(options.ros, None, BRIDGE)
     return run(router, fleet, ros, options.domain, options.distro, wall_time=options.wall_time)
 
 
