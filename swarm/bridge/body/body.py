@@ -9,12 +9,13 @@ from swarm.bridge.body.localiser import Limits, Localiser
 from swarm.bridge.body.rays import Rays, rays
 from swarm.bridge.body.readings import Beams, Localisation, Odometry
 from swarm.bridge.body.wheels import LONG, Wheels
-from swarm.geometry import Pose, Twist, to_frame, wrap
+from swarm.geometry import Pose, Twist, distance, to_frame, wrap
 from swarm.messages import BODY, BodyReport, Command, Sense
 from swarm.motion.drive import DifferentialDrive
 from swarm.settings import Settings
 
 STANDS: Final = Twist(0.0, 0.0)
+APART: Final = 0.5  # m or rad between where a robot is and where the fleet has it, which is a tick behind or two
 KEPT: Final = 100  # localisations, to tell a twist where there is no odometry
 SPAN: Final = 0.2  # s, over which it is told: at 1 cm of noise that leaves 0.07 m/s
 
@@ -43,12 +44,13 @@ class Body:
         self._drive = DifferentialDrive(setting.track_width or robot.track_width)
         limits = Limits(robot.top_speed, 2 * robot.top_speed / self._drive.track_width)
         self._localiser = Localiser(limits)
-        self._guard = Guard(setting.odometry, setting.localisation, setting.scan, setting.stop)
+        self._guard = Guard(setting.robot, setting.odometry, setting.localisation, setting.scan, setting.stop)
         self._wheels = Wheels(robot.top_speed, robot.wheel_acceleration)
         self._wheels_fault, self._wheels_at = "", 0.0
         self._command: tuple[Command, float] | None = None  # the newest, and when it came
         self._report: BodyReport | None = None
         self._placed: Pose | None = None  # where the fleet has it
+        self._apart_since: float | None = None  # s; None: that is where it is
         self._stop: bool | None = None if setting.stop else False
         self._found: deque[tuple[float, Pose]] = deque(maxlen=KEPT)  # localisations and when they came
         self._jump, self._jumped_at = "", 0.0
@@ -88,10 +90,15 @@ class Body:
         """Take in whether an emergency stop is pressed."""
         self._stop = pressed
 
-    def take_sense(self, sense: Sense) -> None:
-        """Take in where the fleet has the robot: with odometry alone it begins there."""
+    def take_sense(self, sense: Sense, now: float) -> None:
+        """Take in where the fleet has the robot: with odometry alone it begins there, and later it must agree."""
         self._placed = Pose(sense.x, sense.y, sense.yaw)
         self._begin()
+        at = self._report if self._report is None else Pose(self._report.x, self._report.y, self._report.yaw)
+        if at is None or max(distance(at, self._placed), abs(wrap(at.yaw - self._placed.yaw))) <= APART:
+            self._apart_since = None
+        elif self._apart_since is None:
+            self._apart_since = now
 
     def take_command(self, command: Command, now: float) -> bool:
         """Take in what the robot's brain commands; return True if it is another command than the last."""
@@ -160,6 +167,7 @@ class Body:
             jump_age=now - self._jumped_at,
             scan_age=age(self._scanned_at) if self._setting.scan else 0.0,
             scan_lacks=self._scan.lacks,
+            apart_for=age(self._apart_since) or 0.0,
             alone=self._localiser.alone if self._setting.odometry and self._setting.localisation else 0.0,
             stop=self._stop,
             wheels=self._wheels_fault,

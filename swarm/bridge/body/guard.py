@@ -10,7 +10,7 @@ from typing import Final, NamedTuple
 from swarm.messages import BODY, COMMAND
 
 SCAN_TIMEOUT: Final = 0.5  # s; lidars turn 5 to 10 times a second
-STAND: Final = 1.0  # s without a jump, after one
+STAND: Final = 1.0  # s without a jump, after one; and for which the fleet may have the robot elsewhere
 ALONE: Final = 2.0  # m of way without a localisation: AMCL tells it every 0.25 m (its update_min_d)
 FIRST_TRY: Final = 2.0  # s that a robot stands whose wheels did not do what they were told; then twice as long, ...
 LAST_TRY: Final = 16.0  # s, ... up to this
@@ -24,6 +24,7 @@ class Seen(NamedTuple):
     lost: str  # why that is not known any more
     jump: str  # of the last time that it was known, or nothing
     jump_age: float
+    apart_for: float  # s, for how long the fleet has had it elsewhere than it was reported
     scan_age: float | None  # of the last one with all rays; 0 if none is asked for
     scan_lacks: str
     alone: float  # m, driven since the last localisation
@@ -45,6 +46,7 @@ class Fault(NamedTuple):
 class Guard:
     """The topics that are asked for, and for how long a robot stands after its wheels' last fault."""
 
+    robot: str
     odometry: str | None
     localisation: str | None
     scan: str | None
@@ -83,6 +85,9 @@ FAULTS: Final = (
           lambda seen, guard: f"nothing usable has come on {guard.localisation} for {ALONE:g} m of its way"),
     Fault("jump",     lambda seen, _: bool(seen.jump) and seen.jump_age < STAND,
           lambda seen, _: seen.jump),
+    Fault("apart",    lambda seen, _: seen.apart_for > STAND,
+          lambda seen, guard: "the fleet has it elsewhere than it is; is it on the map, and was the world started "
+              f"with --body {guard.robot}?"),
     Fault("scan",     lambda seen, _: _old(seen.scan_age, SCAN_TIMEOUT),
           lambda seen, guard: f"the scan on {guard.scan} {seen.scan_lacks}" if seen.scan_lacks
               else _silent(guard.scan, seen.scan_age, SCAN_TIMEOUT)),

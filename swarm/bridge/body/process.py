@@ -65,6 +65,7 @@ class Stand:
         while self._settings is None:
             if stopped():
                 return
+            self._bus.receive(LOOK)  # what comes before the map is of no use
             self._settings = self._scenario()
         body = Body(self._setting, self._settings, monotonic())
         dt = 1 / self._settings.rate
@@ -85,8 +86,18 @@ class Stand:
             self._log("the run is over")
 
     def _scenario(self) -> Settings | None:
+        """Return the settings of the fleet's scenario; None: its world is not there.
+
+        Raises:
+            ConfigError: the fleet has no such robot.
+        """
         found = self._bus.fetch(MAP, timeout=1.0)
-        return found[0].scenario.settings if found else None
+        if not found:
+            return None
+        scenario, robot = found[0].scenario, self._setting.robot
+        if isinstance(scenario.starts, dict) and robot not in scenario.starts:
+            raise ConfigError(f"--body {robot}: expected one of {', '.join(scenario.starts)}, got {robot!r}")
+        return scenario.settings
 
     def _take_in(self, body: Body) -> bool:
         """Take in what has come from the fleet; return True if there is a new command among it."""
@@ -97,7 +108,7 @@ class Stand:
                 case Arrival(message=Clock(phase=phase)):
                     self._over = phase is Phase.OVER
                 case Arrival(message=Sense() as sense):
-                    body.take_sense(sense)
+                    body.take_sense(sense, monotonic())
                 case Arrival(message=Command() as command):
                     self._check_run(command.run)
                     commanded |= body.take_command(command, monotonic())

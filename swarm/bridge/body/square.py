@@ -195,7 +195,7 @@ def told(found: Measured, track_width: float, speed: float, by: str) -> Iterator
     yield f"the square ends     {found.closed[0]:.2f} m and {found.closed[1]:.2f} rad from its begin, by {by}"
     rates = [rate for rate in (found.acceleration, found.braking) if rate is not None]
     yield ""
-    yield f"swarm bridge ros2 --track-width {track_width:g} ... and in the scenario:"
+    yield f"give the bridge --track-width {track_width:g}, and the scenario these lines:"
     yield "robot:"
     yield f"  track_width: {effective:.3f}"
     if rates:

@@ -41,6 +41,7 @@ class Run:
     right: float = 0.5
     pose: Pose = HERE
     twist: Twist = STANDS
+    placed: Pose | None = None  # where the fleet has it, if not where it was reported
     tick: int = 0
     now: float = 0.0
     lines: list[str] = field(default_factory=list)
@@ -66,6 +67,9 @@ class Run:
                 body.take_stop(self.pressed)
             if self.says["cmd"]:
                 body.take_command(command(self.tick, self.left, self.right), self.now)
+            reported = next((one for one in reversed(self.reports) if one is not None), None)
+            if (at := self.placed or reported) is not None:
+                body.take_sense(structs.replace(FITS, x=at.x, y=at.y, yaw=at.yaw), self.now)
             told, said = body.beat(self.now)
             self.twist = Twist(told.linear * self.obeys, told.angular * self.obeys)
             self.lines += said
@@ -112,6 +116,8 @@ CASES: Sequence[tuple[str, Callable[[Run], Any], str, int, bool, bool]] = (
     ("jump", lambda run: setattr(run, "error", Pose(0.5, 0.0, 0.0)), "its localisation jumped 0.50 m in 0.00 s", 1, True, True),
     ("lost", carried_off, "its odometry jumped 8.55 m in 0.05 s; nobody knows where it is until /pose tells", 1, False, False),
     ("alone", silence("pose"), "nothing usable has come on /pose for 2 m of its way", 82, True, True),
+    ("apart", lambda run: setattr(run, "placed", HERE),
+     "the fleet has it elsewhere than it is; is it on the map, and was the world started with --body r2?", 46, True, True),
     ("scan", silence("scan"), "nothing usable has come on /scan for 0.5 s", 12, True, False),
     ("scan", lambda run: setattr(run, "scan", AHEAD), "the scan on /scan has no beam in the direction of ray 1 (48 degrees)", 12, True, False),
     ("wheels", lambda run: setattr(run, "obeys", 0.0), "its left wheel does not turn though it was told 0.50 m/s; is an emergency stop pressed?; it tries again in 2 s", 70, True, True),
@@ -168,7 +174,7 @@ def test_with_odometry_alone_it_begins_where_the_fleet_has_it_and_a_jump_is_for_
     run.says.update(pose=False, scan=False, stop=False)
     run.steps(5)
     assert run.lines == ["r2 stands: the fleet has not told yet where it begins"]
-    run.body.take_sense(structs.replace(FITS, x=2.5, y=4.0, yaw=pi / 2))
+    run.body.take_sense(structs.replace(FITS, x=2.5, y=4.0, yaw=pi / 2), run.now)
     run.steps(20)
     last = run.reports[-1]
     assert last is not None
