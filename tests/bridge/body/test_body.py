@@ -253,3 +253,18 @@ def test_a_turn_is_commanded_by_the_track_width_of_the_robots_own_driver() -> No
     assert last is not None
     assert last.left == pytest.approx(-0.1)
     assert last.right == pytest.approx(0.1)
+
+
+def test_a_scanner_that_is_mounted_backwards_sees_behind_and_not_ahead() -> None:
+    run = run_of(mounted=Pose(0.0, 0.0, pi))
+    run.scan = AHEAD
+    run.steps(2)
+    assert run.lines == ["r2 stands: the scan on /scan has no beam in the direction of ray 0 (35 degrees)"]
+    run = run_of(mounted=Pose(0.0, 0.0, pi))
+    run.scan = Beams(0.0, pi / 180, 0.1, 3.5, np.array([0.7] * 90 + [1.0] * 181 + [0.5] * 90, np.float32))
+    run.steps(2)
+    last = run.reports[-1]
+    assert last is not None
+    left, front, right = last.rays[4], last.rays[7], last.rays[10]
+    assert (left, front, right) == pytest.approx((0.8, 0.8, 0.8))
+    assert run.twists[-1] == Twist(0.5, 0.0)

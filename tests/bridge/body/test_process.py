@@ -51,8 +51,8 @@ def test_one_of_four_robots_is_outside_and_the_papers_mission_is_complete(
 STANDING: Final = (
     ("off odom", "nothing usable has come on /r2/odom for 0.25 s", "body_silent", "on odom"),
     ('set odom_frame "base_link"', "nothing usable has come on /r2/odom for 0.25 s", "body_silent", 'set odom_frame "odom"'),
-    ("jump 0.4 0 0", "its localisation jumped 0.", "body_jumped", ""),
-    ("jump 0 0 0", "its localisation jumped 0.", "body_jumped", ""),
+    ("jump 1.4 0 0", "its localisation jumped 1.", "body_jumped", ""),
+    ("jump 0 0 0", "its localisation jumped 1.", "body_jumped", ""),
     ("jump 0 0 0.8", "its localisation turned 0.", None, ""),
     ("jump 0 0 0", "its localisation turned 0.", None, ""),
     ("reset", "its odometry jumped", None, ""),
@@ -70,7 +70,10 @@ DRIVING: Final = (
     ("set slow 0.4", "and was told"),
     ("set slow 0.0", "does not turn though it was told"),
 )
-JUMPS: Final = ("no hold without a claim",)  # a robot that is suddenly elsewhere holds the cells there
+JUMPS: Final = (
+    "no hold without a claim",
+    "no body outside",
+)  # a robot that is suddenly elsewhere is in cells of nobody
 WORDS: Final = ("--body", "r2", "--pose", "/r2/amcl_pose", "--scan", "/r2/scan", "--estop", "/r2/estop")
 
 
