@@ -81,6 +81,11 @@ PARSED: Final = {  # command: why it is not run
     "swarm bridge ros2 --dialect ros2dds": "goes on until the run is over; tests/bridge/ros2/test_actions_live.py runs it",
     "swarm run paper --pace 4 --dashboard off --record run.mcap": "drives for half a minute; tests/bridge/foxglove/test_recorded.py runs it",
     "swarm bridge ros2": "goes on until the run is over; tests/bridge/ros2/test_process.py runs it",
+    **dict.fromkeys((
+        "swarm run paper --robots 4 --body r2 --pace realtime",
+        "swarm bridge ros2 --body r2 --pose /r2/amcl_pose --scan /r2/scan",
+        "swarm bridge ros2 --body r2 --square 1 --speed 0.2 --track-width 0.16 --pose /r2/amcl_pose",
+    ), "needs a robot of ROS; tests/bridge/body/test_process.py runs it with one"),
     "swarm why r5 run.swarm --at 7.5 --prove": "the same; tests/world/explain asks tapes, and a transcript is run",
     "swarm why r3 run.swarm --at 12": "the same",
     "swarm why r3": "asks a fleet that runs; tests/world/explain/test_processes.py does",

@@ -71,6 +71,7 @@ SUBROOMS: Final = {
     "swarm.bridge.cdr": "",
     "swarm.bridge.ros2": "cdr",
     "swarm.bridge.foxglove": "cdr ros2",
+    "swarm.bridge.body": "ros2",
     "swarm.cli.bridge": "",
     "swarm.cli.start": "",
     "swarm.cli.steer": "look",

@@ -124,9 +124,30 @@ class Foreign:
             self._heard[key] = status.matching
         return self._heard[key]
 
-    def listen(self, key: str, limit: int) -> None:
-        """Take what comes on a key, payloads of at most ``limit`` bytes."""
-        self._subscribers[key] = self._session.declare_subscriber(key, zenoh.handlers.RingChannel(WAITING)), limit
+    def listen(self, key: str, limit: int, *, late: bool = False) -> None:
+        """Take what comes on a key, payloads of at most ``limit`` bytes; with ``late`` also what publishers keep."""
+        waiting: Any = zenoh.handlers.RingChannel(WAITING)
+        subscriber = (
+            zenoh.ext.declare_advanced_subscriber(
+                self._session, key, waiting, history=zenoh.ext.HistoryConfig(detect_late_publishers=True)
+            )
+            if late
+            else self._session.declare_subscriber(key, waiting)
+        )
+        self._subscribers[key] = subscriber, limit
+
+    def arrived(self, key: str) -> list[bytes | PeerError]:
+        """Return the payloads that came on a key since the last call, the oldest first; the last ``WAITING`` at most.
+
+        For one that is too long there is an error in its place.
+        """
+        subscriber, limit = self._subscribers[key]
+        found: list[bytes | PeerError] = []
+        while (sample := subscriber.try_recv()) is not None:
+            length = len(sample.payload)
+            wrong = PeerError(f"expected at most {limit} bytes, got {length}")
+            found.append(sample.payload.to_bytes() if length <= limit else wrong)
+        return found
 
     def newest(self, key: str) -> bytes | None:
         """Return the payload that came last on a key since the last call; None if none came.
@@ -134,13 +155,10 @@ class Foreign:
         Raises:
             PeerError: it is too long.
         """
-        subscriber, limit = self._subscribers[key]
-        last = None
-        while (sample := subscriber.try_recv()) is not None:
-            last = sample.payload
-        if last is not None and len(last) > limit:
-            raise PeerError(f"expected at most {limit} bytes, got {len(last)}")
-        return None if last is None else last.to_bytes()
+        last = next(reversed(self.arrived(key)), None)
+        if isinstance(last, PeerError):
+            raise last
+        return last
 
     def serve(self, key: str, limit: int) -> None:
         """Take requests on a key, payloads of at most ``limit`` bytes.

@@ -37,7 +37,10 @@ class Request:
 
 
 class LiveNode:
-    """A node in one namespace, present in ROS until ``close``, with what it offers, hears and serves."""
+    """A node in one namespace, present in ROS until ``close``, with what it offers, hears and serves.
+
+    What is longer than ``limit`` [bytes] on a topic is refused.
+    """
 
     def __init__(
         self,
@@ -49,6 +52,7 @@ class LiveNode:
         offers: Iterable[RosTopic] = (),
         hears: Iterable[RosTopic] = (),
         serves: Iterable[RosService] = (),
+        limit: int = GOAL_LIMIT,
     ) -> None:
         """Announce it; ``refused`` is told of what comes and is bad."""
         self._session, self._node, self._ros, self._refused = session, node, ros, refused
@@ -63,7 +67,7 @@ class LiveNode:
             self._offered[topic.name] = endpoint, count(1)
         for topic in hears:
             endpoint = node.endpoint(next(numbers), EndpointKind.SUBSCRIBER, topic, ros.hash(topic.type))
-            session.listen(endpoint.key, limit=GOAL_LIMIT)
+            session.listen(endpoint.key, limit, late=topic.qos.is_latched)
             self._announce(endpoint.token)
             self._heard[topic.name] = endpoint
         for service in serves:
@@ -111,6 +115,10 @@ class LiveNode:
                 asked.refuse(self.refuse(service, fault))
                 continue
             yield Request(message, self._ros, f"{service.type}_Response", asked, endpoint)
+
+    def arrived(self, topic: RosTopic) -> list[bytes | PeerError]:
+        """Return the payloads that came on a topic since the last call, or an error for one that is too long."""
+        return self._session.arrived(self._heard[topic.name].key)
 
     def close(self) -> None:
         """Withdraw the node and all that it has announced."""

@@ -2,6 +2,7 @@
 
 import argparse
 
+from swarm.cli.bridge.body import body, check, of_a_body
 from swarm.cli.finding import of_a_client, place
 from swarm.cli.parsing import Commands, Parser, endpoint
 from swarm.errors import ConfigError
@@ -16,6 +17,7 @@ DOMAINS = range(233)  # ROS_DOMAIN_ID of all platforms: 0 to 232
 
 def bridge(options: argparse.Namespace) -> int:
     """Show a fleet to ROS 2 until its run is over or we are told to stop."""
+    check(options)
     if options.secure is not None and options.ros is None:
         raise ConfigError(
             "--secure: expected --ros ENDPOINT too, got none: the router of a fleet with keys serves no others; "
@@ -23,6 +25,8 @@ def bridge(options: argparse.Namespace) -> int:
         )
     if (lacks := without("ros2")) is not None:
         raise ConfigError(f"bridge ros2: {lacks}")
+    if options.body is not None:
+        return body(options)
     from swarm.bridge.ros2.process import run
     from swarm.bridge.ros2.wire import Dialect
 
@@ -62,4 +66,5 @@ def add(commands: "Commands[Parser]") -> None:
     one.add_argument("--clock", choices=CLOCKS, default=CLOCKS[0], help=text)
     text = "a robot turns to the yaw of a goal, within 0.1 rad, before the goal counts; else it stands as it came"
     one.add_argument("--final-turn", action="store_true", help=text)
+    of_a_body(one)
     one.set_defaults(command=bridge)
