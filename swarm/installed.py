@@ -31,9 +31,14 @@ EXTRAS: Final[Mapping[str, Mapping[str, str]]] = MappingProxyType(
         "rerun": {"rerun-sdk": "rerun"},
         "mcap": {"mcap": "mcap"},
         "ros2": {"rosbags": "rosbags", "xxhash": "xxhash"},
+        "vda5050": {"paho-mqtt": "paho"},
     }
 )
-NAMES: Final = {"rerun": "Rerun", "ros2": "the bridge to ROS 2"}  # of extras, for people
+NAMES: Final = {  # of extras, for people
+    "rerun": "Rerun",
+    "ros2": "the bridge to ROS 2",
+    "vda5050": "the bridge to VDA 5050",
+}
 TOPS: Final = ("world", "dashboard")  # installed beside `swarm`, under names that others have too
 HOME: Final = Path(__file__).parents[1]
 

@@ -69,6 +69,7 @@ SUBROOMS: Final = {
     "swarm.robot.driving": "",
     "swarm.robot.host": "",
     "swarm.bridge.ros2": "",
+    "swarm.bridge.vda5050": "",
     "swarm.cli.bridge": "",
     "swarm.cli.start": "",
     "swarm.cli.steer": "look",
@@ -89,6 +90,7 @@ LIBRARIES: Final = {
     "aiohttp": "dashboard/box/server.py",
     "cryptography": "swarm/secure",
     "rosbags": "swarm/bridge/ros2/types.py",
+    "paho": "swarm/bridge/vda5050/line.py",
     "xxhash": "swarm/bridge/ros2/wire.py",
 }
 # attributes with an underscore that tests may read
