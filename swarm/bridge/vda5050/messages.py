@@ -8,7 +8,7 @@ from datetime import datetime
 from math import pi
 from typing import Annotated, Any, Final, Literal, TypeVar
 
-from msgspec import DecodeError, Meta, Raw, Struct, field, json
+from msgspec import DecodeError, Meta, Struct, field, json
 
 from swarm.errors import PeerError
 from swarm.messages.faults import explained
@@ -91,8 +91,8 @@ class Edge(Part, frozen=True, kw_only=True):
     orientation: float | None = None
     direction: Text | None = None
     rotation_allowed: bool | None = None
-    trajectory: Raw | None = None
-    corridor: Raw | None = None
+    trajectory: dict[str, Any] | None = None
+    corridor: dict[str, Any] | None = None
 
 
 class Order(Header, frozen=True, kw_only=True):
