@@ -17,7 +17,7 @@ from swarm.bridge.vda5050.vehicle import Ask, Vehicle
 from swarm.bus import Bus, Endpoint
 from swarm.bus.losses import Ledger
 from swarm.errors import PeerError
-from swarm.messages import CLOCK, MAP, ORDER, ROBOT_ACTION, TRUTH, Accepted, Event, Order, State, Topic, Truth
+from swarm.messages import CLOCK, MAP, ORDER, ROBOT_ACTION, TRUTH, Accepted, Clock, Event, Order, State, Topic, Truth
 from swarm.stopping import told_to_stop
 
 ANSWER: Final = 2.0  # s to wait for the world's answer to a request; meanwhile nothing goes out
@@ -48,6 +48,7 @@ class Seat:
         will = self._topic("connection"), self._packed("connection", BROKEN)
         self.line = Line(broker, robot, inbox, tuple(self._topic(topic) for topic in HEARD), will)
         self.up = False
+        self.clock: tuple[Clock | None, bool] = None, False  # the last one that the vehicle was told, and if alone
         self.told: vda.State | None = None  # without what changes all the time
         self.told_at = self.shown_at = float("-inf")  # s
 
@@ -159,16 +160,16 @@ class Bridge:
                 case Truth(bodies=bodies):
                     for body in bodies:
                         if (seat := self._seats.get(body.robot)) is not None:
-                            seat.vehicle.take_body(body)
+                            seat.vehicle.take(body)
                 case Event(robot=str() as about) if about in self._seats:
-                    self._seats[about].vehicle.take_event(message)
+                    self._seats[about].vehicle.take(message)
                 case State() if robot in self._seats:
-                    self._seats[robot].vehicle.take_state(message)
+                    self._seats[robot].vehicle.take(message)
         clock, alone = self._fold.clock, self._fleet.alone
         for seat in self._seats.values():
-            seat.vehicle.alone = alone
-            if clock is not None:
-                seat.vehicle.take_clock(clock)
+            if clock is not None and (seat.clock[0] is not clock or seat.clock[1] is not alone):
+                seat.clock = clock, alone
+                seat.vehicle.take_clock(clock, alone=alone)
             if (errand := seat.vehicle.back()) is not None:
                 self._fleet.errands.add(errand)
 

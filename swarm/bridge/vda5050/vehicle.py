@@ -2,28 +2,24 @@
 
 import re
 from collections.abc import Iterable
-from math import hypot
 from typing import Final, NamedTuple
 
 from swarm.bridge.errand import End, Errand, How
 from swarm.bridge.vda5050 import messages as vda
 from swarm.bridge.vda5050.actions import OPEN, Actions
 from swarm.bridge.vda5050.orders import NOWHERE, ORDER, VALIDATION, Ahead, Floor, judged, refused
+from swarm.bridge.vda5050.robot import STOPS, Robot
 from swarm.errors import PeerError
-from swarm.geometry import Pose, Twist
-from swarm.messages import Accepted, Activity, Body, Clock, Event, Liveness, Order, Phase, RobotAction, RobotDo, State
+from swarm.messages import Accepted, Body, Clock, Event, Order, Phase, RobotAction, RobotDo, State
 from swarm.settings import Settings
 
 CANCEL: Final = "cancelOrder"
 ASKS: Final = {CANCEL: RobotDo.CANCEL, "startPause": RobotDo.STOP, "stopPause": RobotDo.GO_ON}
-STOPS: Final = (RobotDo.STOP, RobotDo.GO_ON)  # requests, and kinds of the events that tell them
 OPPOSITE: Final = {"startPause": "stopPause", "stopPause": "startPause"}
 TELLS: Final = {"stateRequest": "state", "factsheetRequest": "factsheet"}  # and what is owed then
 ACTION: Final = "instantActionError"
 NO_ORDER: Final = "noOrderToCancel"
 MOST_ERRORS: Final = 10  # that are told at once; the oldest is dropped
-STILL: Final = 0.01  # m/s and rad/s, below which it does not drive
-JUMP: Final = 1.0  # m between two messages of the world: it was put somewhere else
 FULL: Final = vda.BatteryState(battery_charge=100.0, charging=False)
 SAFE: Final = vda.SafetyState(e_stop="NONE", field_violation=False)
 UNFIT: Final = re.compile(r"[^A-Za-z0-9_.:-]")  # in the name of an order of the fleet
@@ -43,59 +39,41 @@ class Vehicle:
     """What is known of one robot, and of the order that it has from a master."""
 
     def __init__(self, robot: str, map_id: str, settings: Settings) -> None:
-        self.robot, self._map_id, self._settings = robot, map_id, settings
-        self.pose: Pose | None = None
-        self._twist = Twist(0.0, 0.0)
-        self._state: State | None = None
+        self.robot, self._map_id, self._reach = robot, map_id, settings.reach
+        self._body = Robot(robot, map_id, settings.robot.track_width)
         self._run = -1
-        self._phase, self._heard = Phase.RUNNING, Liveness.ALIVE
-        self._stopped: bool | None = None  # by request; None: not known yet
-        self.alone = False  # the fleet has no world
         self._ahead = Ahead()
         self._order: vda.Order | None = None  # the last one that was taken, or its last update
         self.errand: Errand | None = None  # the order of the fleet that carries it out
         self._waiting: Errand | None = None  # the same, while the robot is lost
         self._stops: tuple[vda.Node, ...] = ()  # of that
-        self._travelled = 0.0  # m, since the last node
         self._errors: list[vda.Error] = []
         self._actions = Actions()
         self.owes: set[str] = set()  # what a master has asked for: "state", "factsheet"
 
     # --- what comes from the fleet ---
 
-    def take_body(self, body: Body) -> None:
-        """Take in where the robot is."""
-        pose = Pose(body.x, body.y, body.yaw)
-        if self.pose is not None and (step := hypot(pose.x - self.pose.x, pose.y - self.pose.y)) < JUMP:
-            self._travelled += step
-        width = self._settings.robot.track_width
-        self.pose = pose
-        self._twist = Twist((body.left_v + body.right_v) / 2, (body.right_v - body.left_v) / width)
+    def take(self, message: Body | State | Event) -> None:
+        """Take in a message about the robot: where it is, how far it is, or that it was told to stop or to go on."""
+        match message:
+            case Body():
+                self._body.take_body(message)
+            case Event(kind=kind) if kind in STOPS:
+                self._body.told_to(kind)
+            case State(run=run, assignment=number):
+                self._body.take_state(message)
+                if self.errand is not None and (run, number) == (self.errand.run, self.errand.number):
+                    self._traverse(max((stop + 1 for stop, there in enumerate(message.reached) if there), default=0))
         self._settle()
 
-    def take_state(self, state: State) -> None:
-        """Take in what the robot says of its targets."""
-        self._state = state
-        if self._stopped is None:
-            self._stopped = state.activity is Activity.STOPPED
-        if self.errand is not None and (state.run, state.assignment) == (self.errand.run, self.errand.number):
-            self._traverse(max((stop + 1 for stop, there in enumerate(state.reached) if there), default=0))
-        self._settle()
-
-    def take_event(self, event: Event) -> None:
-        """Take in that the robot was told to stop, or to go on, by whomever."""
-        if event.kind in STOPS:
-            self._stopped = event.kind == RobotDo.STOP
-            self._settle()
-
-    def take_clock(self, clock: Clock) -> None:
-        """Take in the state of the run: one that was started again has put the robot back, without its order."""
-        seen = clock.presence.get(self.robot)
-        self._phase, self._heard = clock.phase, Liveness.ALIVE if seen is None else seen.liveness
+    def take_clock(self, clock: Clock, *, alone: bool = False) -> None:
+        """Take in the state of the run, and if it has no world; a new run has put the robot back, without its order."""
+        self._body.alone = alone
+        self._body.take_clock(clock)
         if clock.run > self._run >= 0:
             self._drop("the run was started again, without it")
             self._ahead = self._ahead._replace(last=NOWHERE)
-            self._travelled, self._state, self._stopped = 0.0, None, False
+            self._body.put_back()
         elif clock.phase is Phase.OVER:
             self._drop("the run is over")
         self._run = clock.run
@@ -117,7 +95,7 @@ class Vehicle:
 
     def back(self) -> Errand | None:
         """Return the order of the fleet that goes on since a lost robot is here again."""
-        if self._waiting is None or self._heard is Liveness.LOST:
+        if self._waiting is None or self._body.lost:
             return None
         errand, self._waiting = self._waiting, None
         return errand if errand is self.errand else None
@@ -135,10 +113,10 @@ class Vehicle:
     def order(self, order: vda.Order, fresh: str) -> Ask | None:
         """Take in an order; return what the world is to be asked for it. ``fresh`` makes a name that is used once."""
         self.owes.add("state")
-        if self.pose is None:
+        if self._body.pose is None:
             self._err(refused(ORDER, order, "expected a vehicle whose position is known, got none yet; try again"))
             return None
-        verdict = judged(order, self._ahead, Floor(self.pose, self._map_id, self._settings.reach))
+        verdict = judged(order, self._ahead, Floor(self._body.pose, self._map_id, self._reach))
         if isinstance(verdict, vda.Error):
             self._err(verdict)
             return None
@@ -172,7 +150,7 @@ class Vehicle:
         else:
             kind = ask.action.action_type
             if isinstance(ask.request, RobotAction) and ask.request.do in STOPS:
-                self._stopped = ask.request.do is RobotDo.STOP
+                self._body.told_to(ask.request.do)
             self._actions.end(OPPOSITE.get(kind, ""), "FAILED", f"{kind} came")
             self._actions.put(ask.action, "RUNNING")
         self._settle()
@@ -196,70 +174,31 @@ class Vehicle:
                 vda.EdgeState(edge_id=one.edge_id, sequence_id=one.sequence_id, released=one.released)
                 for one in ahead.edges
             ),
-            driving=self.driving,
-            paused=self._paused,
+            driving=self._body.driving,
+            paused=self._body.paused,
             new_base_request=len(ahead.base) <= 1 and len(ahead.nodes) > len(ahead.base),
-            distance_since_last_node=round(self._travelled, 3),
+            distance_since_last_node=round(self._body.travelled, 3),
             action_states=self._actions.told,
             battery_state=FULL,
             operating_mode="AUTOMATIC",
-            errors=(*self._conditions(), *self._errors),
+            errors=(*self._body.faults, *self._errors),
             safety_state=SAFE,
             loads=(),
             maps=(vda.MapState(map_id=self._map_id, map_version="1", map_status="ENABLED"),),
-            information=tuple(self._information()),
-            agv_position=self._position(),
-            velocity=self._velocity(),
+            information=(*self._unheeded(), *self._body.waits),
+            agv_position=self._body.position,
+            velocity=self._body.velocity,
         )
 
     def shown(self) -> vda.Visualization | None:
         """Return where it is; None: nobody knows yet."""
-        position = self._position()
-        return None if position is None else vda.Visualization(agv_position=position, velocity=self._velocity())
+        position = self._body.position
+        return None if position is None else vda.Visualization(agv_position=position, velocity=self._body.velocity)
 
-    @property
-    def driving(self) -> bool:
-        """True if it moves."""
-        return self._phase is Phase.RUNNING and max(abs(self._twist.linear), abs(self._twist.angular)) > STILL
-
-    @property
-    def _paused(self) -> bool:
-        return self._phase is Phase.PAUSED or bool(self._stopped)
-
-    def _position(self) -> vda.AgvPosition | None:
-        if self.pose is None:
-            return None
-        x, y, yaw = self.pose
-        return vda.AgvPosition(
-            x=round(x, 4), y=round(y, 4), theta=round(yaw, 4), map_id=self._map_id, position_initialized=True
-        )
-
-    def _velocity(self) -> vda.Velocity:
-        still = self._phase is not Phase.RUNNING
-        linear, angular = (0.0, 0.0) if still else self._twist
-        return vda.Velocity(vx=round(linear, 4), vy=0.0, omega=round(angular, 4))
-
-    def _conditions(self) -> Iterable[vda.Error]:
-        """Yield what is wrong now, and passes by itself."""
-        name = self.robot
-        if self.alone:
-            yield vda.Error(
-                error_type="worldAway", error_level="FATAL", error_description="the fleet's world does not answer"
-            )
-        if self._heard is Liveness.LOST:
-            text = f"{name} is lost: its process is away, and orders are refused until one takes its place"
-            yield vda.Error(error_type="robotLost", error_level="FATAL", error_description=text)
-        elif self._heard is Liveness.GONE:
-            text = f"the process of {name} is away; orders wait for it"
-            yield vda.Error(error_type="robotGone", error_level="WARNING", error_description=text)
-
-    def _information(self) -> Iterable[vda.Info]:
+    def _unheeded(self) -> Iterable[vda.Info]:
         if self._ahead.ignored and self._ahead.nodes:
             text = f"it plans its own way, and does not heed: {', '.join(self._ahead.ignored)}"
             yield vda.Info(info_type="notHeeded", info_level="INFO", info_description=text)
-        if self._state is not None and self._state.waits:
-            text = f"waits for {', '.join(self._state.waits)}"
-            yield vda.Info(info_type="traffic", info_level="INFO", info_description=text)
 
     # --- its order ---
 
@@ -268,7 +207,7 @@ class Vehicle:
         if order.order_id != self._ahead.order_id:
             self._actions.forget_over()
         if ahead.last != self._ahead.last:
-            self._travelled = 0.0
+            self._body.travelled = 0.0
         self._errors = []
         self._order, self._ahead = order, ahead
 
@@ -276,7 +215,7 @@ class Vehicle:
         """Have traversed the first stops, so many of them."""
         if 0 < count <= len(self._stops) and (node := self._stops[count - 1]) in self._ahead.nodes:
             self._ahead = self._ahead.at(node)
-            self._travelled = 0.0
+            self._body.travelled = 0.0
 
     def _drop(self, why: str) -> None:
         """Have nothing ahead any more, and say why, if something was."""
@@ -315,15 +254,15 @@ class Vehicle:
         """End the actions that have had their effect, and those that will have none."""
         if not self._actions.busy:
             return
-        if self._heard is Liveness.LOST:
+        if self._body.lost:
             for kind in ASKS:
                 self._actions.end(kind, "FAILED", f"{self.robot} is lost")
-        if self.errand is None and not self.driving and self._actions.runs(CANCEL):
+        if self.errand is None and not self._body.driving and self._actions.runs(CANCEL):
             self._ahead = self._ahead.dropped()
             self._actions.end(CANCEL, "FINISHED")
-        if self._paused and not self.driving:
+        if self._body.paused and not self._body.driving:
             self._actions.end("startPause", "FINISHED")
-        if not self._paused:
+        if not self._body.paused:
             self._actions.end("stopPause", "FINISHED")
 
     def _fail(self, action: vda.Action, kind: str, why: str) -> None:

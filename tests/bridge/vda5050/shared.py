@@ -26,7 +26,7 @@ def order_of(
 ) -> dict[str, Any]:
     """Return an order over some places; the ``released`` first ones are its base, all by default."""
     base = len(places) if released is None else released
-    nodes = [
+    nodes: list[dict[str, Any]] = [
         {
             "nodeId": name, "sequenceId": first + 2 * index, "released": index < base, "actions": [],
             "nodePosition": {"x": x, "y": y, "mapId": "map", "allowedDeviationXY": 0.5},

@@ -25,13 +25,13 @@ class Told:
     def __init__(self) -> None:
         self.vehicle = Vehicle("a", "map", SETTINGS)
         self.vehicle.take_clock(clock(run=1))
-        self.vehicle.take_state(state(0))
+        self.vehicle.take(state(0))
         self.numbers = 0
         self.at(0.0)
 
     def at(self, x: float, speed: float = 0.0) -> None:
         body = structs.replace(truth(0).bodies[0], x=3.0 + x, left_v=speed, right_v=speed)
-        self.vehicle.take_body(body)
+        self.vehicle.take(body)
 
     def order(self, order: dict[str, Any]) -> list[tuple[float, float]]:
         """Give an order that the world accepts; return its targets."""
@@ -54,14 +54,14 @@ class Told:
         return [ask.request.do for ask in asks if isinstance(ask.request, RobotAction)]
 
     def reaches(self, *reached: bool, **changed: Any) -> None:  # noqa: ANN401, fields of a state
-        self.vehicle.take_state(state(1, assignment=self.numbers, reached=list(reached), **changed))
+        self.vehicle.take(state(1, assignment=self.numbers, reached=list(reached), **changed))
 
     def ends(self, how: How, text: str = "a: order o1 is not done: so it is") -> None:
         assert self.vehicle.errand is not None
         self.vehicle.ended(self.vehicle.errand, End(how, text))
 
     def event(self, kind: str) -> None:
-        self.vehicle.take_event(structs.replace(event(1), kind=kind, robot="a"))
+        self.vehicle.take(structs.replace(event(1), kind=kind, robot="a"))
 
     @property
     def said(self) -> vda.State:
@@ -201,14 +201,12 @@ def test_the_order_of_a_lost_robot_waits_for_whoever_takes_its_place(told: Told)
 def test_what_passes_by_itself_is_an_error_as_long_as_it_lasts(told: Told) -> None:
     gone = clock(run=1)
     gone.presence["a"] = Seen(Liveness.GONE, 1.0)
-    told.vehicle.take_clock(gone)
-    told.vehicle.alone = True
+    told.vehicle.take_clock(gone, alone=True)
     assert [(one.error_type, one.error_level) for one in told.said.errors] == [
         ("worldAway", "FATAL"),
         ("robotGone", "WARNING"),
     ]
     told.vehicle.take_clock(clock(run=1))
-    told.vehicle.alone = False
     assert told.errors == []
 
 
@@ -265,7 +263,7 @@ def test_others_pause_it_too(told: Told) -> None:
     told.at(0.1, speed=0.5)
     assert (told.said.paused, told.said.driving) == (True, False)
     late = Vehicle("a", "map", SETTINGS)
-    late.take_state(state(0, activity=Activity.STOPPED))
+    late.take(state(0, activity=Activity.STOPPED))
     assert late.said().paused
 
 
