@@ -181,7 +181,8 @@ def check(broker: Broker) -> None:
     try:
         client.connect(broker.host, broker.port, KEEP_ALIVE)
     except (OSError, ValueError) as fault:  # ssl.SSLError is an OSError
-        raise ConfigError(f"{expected}, got: {_plain(fault)}; start it, or name another one") from None
+        advice = "see --tls-ca" if isinstance(fault, ssl.SSLError) else "start it, or name another one"
+        raise ConfigError(f"{expected}, got: {_plain(fault)}; {advice}") from None
     client.loop_start()
     try:
         code = told.get(timeout=PATIENCE)
