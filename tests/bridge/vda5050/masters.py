@@ -12,7 +12,6 @@ from typing import Any, Final, NamedTuple
 import paho.mqtt.client as paho
 from paho.mqtt.enums import CallbackAPIVersion
 
-from tests.bridge.vda5050.brokers import Broker
 from tests.bridge.vda5050.shared import MAKER
 from tests.launch.actors import PATIENCE
 
@@ -68,7 +67,7 @@ class Master:
 
 
 @contextmanager
-def master_on(broker: Broker, interface: str = "uagv", maker: str = MAKER) -> Iterator[Master]:
+def master_on(port: int, interface: str = "uagv", maker: str = MAKER) -> Iterator[Master]:
     below: Final = f"{interface}/v2/{maker}"
     client = paho.Client(CallbackAPIVersion.VERSION2, client_id=f"test-{uuid.uuid4().hex}")
     client.reconnect_delay_set(1, 1)
@@ -83,7 +82,7 @@ def master_on(broker: Broker, interface: str = "uagv", maker: str = MAKER) -> It
         client.subscribe(f"{below}/+/+", 1)
 
     client.on_message, client.on_connect = on_message, on_connect
-    client.connect("127.0.0.1", broker.port)
+    client.connect("127.0.0.1", port)
     client.loop_start()
     try:
         yield master

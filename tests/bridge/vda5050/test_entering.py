@@ -113,7 +113,7 @@ def test_robots_that_come_go_and_a_run_that_ends_without_a_process_of_the_fleet(
     with make_bus(fleet="told") as world:
         tell(world, "r1", "arm.2")
         world.serve(ORDER)
-        with master_on(broker) as master, bridge(endpoint, tmp_runtime, broker.place) as command:
+        with master_on(broker.port) as master, bridge(endpoint, tmp_runtime, broker.place) as command:
             for robot in ("r1", "arm.2"):
                 master.connection(robot, "ONLINE")
             master.say("r1", "order", order_of(("A", 3.0, 0.0), ("B", 5.0, 2.0)))

@@ -120,7 +120,7 @@ def test_a_master_from_pypi_dispatches_three_nodes_and_sees_the_end(
 def test_a_bridge_that_is_killed_is_broken_and_the_next_one_goes_on(
     idle: Path, tmp_runtime: Path, broker: Broker
 ) -> None:
-    with bridged(idle, tmp_runtime, broker) as (fleet, bridge), master_on(broker) as master:
+    with bridged(idle, tmp_runtime, broker) as (fleet, bridge), master_on(broker.port) as master:
         master.connection("r1", "ONLINE")
         at = place_of(master.until("r1", "state", placed))
         master.say(
@@ -160,7 +160,7 @@ def test_a_bridge_that_is_killed_is_broken_and_the_next_one_goes_on(
             for robot in ("r1", "r2"):
                 master.connection(robot, "OFFLINE")
             assert again.end() == 0
-        with master_on(broker) as late:
+        with master_on(broker.port) as late:
             assert late.until("r1", "connection", kept=True)["connectionState"] == "OFFLINE"
             assert late.until("r1", "factsheet", kept=True)["physicalParameters"]["speedMax"] == 1.6
             judge(late)
@@ -174,14 +174,14 @@ def test_a_broker_that_goes_away_and_comes_back_is_told_all_again(
     idle: Path, tmp_runtime: Path, broker: Broker
 ) -> None:
     with bridged(idle, tmp_runtime, broker) as (fleet, bridge):
-        with master_on(broker) as master:
+        with master_on(broker.port) as master:
             at = place_of(master.until("r1", "state", placed))
             master.say("r1", "order", order_of(("here", *at), ("A", 9.5, 2.0), ("B", 9.5, 6.0)))
             master.until("r1", "state", lambda said: said["driving"])
         broker.kill()
         bridge.await_line("dropped")
         broker.start()
-        with master_on(broker) as master:
+        with master_on(broker.port) as master:
             master.connection("r1", "ONLINE")
             done = master.until("r1", "state", lambda said: said["lastNodeId"] == "B")
             assert (done["orderId"], done["nodeStates"], done["errors"]) == ("o1", [], [])
@@ -201,7 +201,7 @@ def test_a_fleet_with_keys_is_on_a_broker_too(small: Path, tmp_runtime: Path, br
     with Fleet(small, "--serve", runtime=tmp_runtime, keys=keys) as fleet, fleet.bus() as bus:
         fleet.await_all(bus)
         command = ("bridge", "vda5050", "--secure", str(keys), "--broker", broker.place)
-        with Command(*command, runtime=tmp_runtime) as bridge, master_on(broker) as master:
+        with Command(*command, runtime=tmp_runtime) as bridge, master_on(broker.port) as master:
             master.until("r1", "state", placed)
             master.say("r1", "instantActions", actions_of("startPause"))
             master.until("r1", "state", lambda said: said["paused"] and not said["driving"])
@@ -227,7 +227,7 @@ def test_what_cannot_be_read_is_an_error_of_its_vehicle_and_two_masters_see_it(
     options = ("--interface", "agv", "--manufacturer", "acme", "--map-id", "hall")
     with (
         bridged(idle, tmp_runtime, broker, *options) as (fleet, bridge),
-        master_on(broker, "agv", "acme") as one, master_on(broker, "agv", "acme") as other,
+        master_on(broker.port, "agv", "acme") as one, master_on(broker.port, "agv", "acme") as other,
     ):  # fmt: skip
         state = one.until("r1", "state", placed)
         assert (state["manufacturer"], state["agvPosition"]["mapId"], state["maps"][0]["mapId"]) == (
