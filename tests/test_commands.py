@@ -75,6 +75,8 @@ PARSED: Final = {  # command: why it is not run
     "swarm replay run.swarm --mcap run.mcap": "the same; tests/dashboard/test_mcap.py runs it",
     **{f"swarm replay run.swarm{more}": "the same; tests/world/replay/test_processes.py runs it" for more in ("", " --laws")},
     "swarm run office": "drives for two minutes; the same",
+    "swarm bridge vda5050": "goes on until the run is over; tests/bridge/vda5050/test_process.py runs it",
+    "swarm run office --serve": "stays until it is stopped; the same",
     "swarm bridge ros2": "goes on until the run is over; tests/bridge/ros2/test_process.py runs it",
     "swarm why r5 run.swarm --at 7.5 --prove": "the same; tests/world/explain asks tapes, and a transcript is run",
     "swarm why r3": "asks a fleet that runs; tests/world/explain/test_processes.py does",
