@@ -62,6 +62,10 @@ class Seat:
                 self._own.append(packed)
             self.line.say(self._topic(topic), packed, sure=sure, kept=kept)
 
+    def hears(self, topic: str) -> bool:
+        """Return True if it listens to a topic."""
+        return any(topic == self._topic(last) for last in HEARD)
+
     def is_own(self, payload: bytes) -> bool:
         """Return True if a message on its topic `connection` is its own."""
         return payload in self._own
@@ -195,6 +199,8 @@ class Bridge:
             case Down(why=why):
                 seat.up = False
                 self._ledger.refused.add("mqtt", why)
+            case Heard(topic=topic) if not seat.hears(topic):
+                pass  # some brokers send what nobody has asked for
             case Heard(topic=topic, payload=payload) if topic.endswith("/connection"):
                 if b'"ONLINE"' in payload and not seat.is_own(payload):
                     self._log(
