@@ -308,3 +308,27 @@ def test_it_says_for_whom_it_waits_and_what_it_does_not_heed(told: Told) -> None
     assert [one.info_description for one in told.said.information] == [
         "it plans its own way, and does not heed: edge.maxSpeed", "waits for b",
     ]  # fmt: skip
+
+
+def test_a_run_that_is_over_drops_what_waited_for_its_horizon(told: Told) -> None:
+    told.order(order_of(A, B, C, released=2))
+    told.ends(How.DONE)
+    told.vehicle.take_clock(clock(run=1, phase=Phase.OVER))
+    assert (told.ahead, told.errors) == ([], [("orderError", "the run is over")])
+
+
+def test_a_way_is_measured_from_the_last_node_and_a_jump_is_no_way(told: Told) -> None:
+    told.at(0.3)
+    assert told.said.distance_since_last_node == 0.3
+    told.at(9.0)
+    assert told.said.distance_since_last_node == 0.3
+    told.at(0.0)
+    told.order(ROUTE)
+    assert told.said.distance_since_last_node == 0.0
+
+
+def test_a_pause_that_ends_before_the_robot_stands_has_failed(told: Told) -> None:
+    told.at(0.1, speed=0.5)
+    told.act("startPause#1", "stopPause#2")
+    assert told.actions == {"1": "FAILED", "2": "FINISHED"}
+    assert not told.said.paused
