@@ -10,6 +10,7 @@ from msgspec import Meta, Struct
 
 MOST_ROBOTS: Final = 1000  # of a fleet
 TAPE: Final = ".swarm"  # the ending of a tape's file
+BAG: Final = ".mcap"  # the ending of a bag of ROS 2
 PAPER_TOP_SPEED: Final = 4.0  # m/s, the fastest rim speed of the paper's tables
 Metres = Annotated[float, Meta(ge=-1e5, le=1e5)]
 Coordinates = tuple[Metres, Metres]

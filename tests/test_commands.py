@@ -75,6 +75,7 @@ PARSED: Final = {  # command: why it is not run
     "swarm replay run.swarm --mcap run.mcap": "the same; tests/dashboard/test_mcap.py runs it",
     **{f"swarm replay run.swarm{more}": "the same; tests/world/replay/test_processes.py runs it" for more in ("", " --laws")},
     "swarm run office": "drives for two minutes; the same",
+    "swarm bridge foxglove": "goes on until the run is over; tests/bridge/foxglove/test_process.py runs it",
     "swarm bridge ros2": "goes on until the run is over; tests/bridge/ros2/test_process.py runs it",
     **dict.fromkeys((
         "swarm run paper --robots 4 --body r2 --pace realtime",

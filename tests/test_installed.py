@@ -18,7 +18,7 @@ from tests.shared import ROOT
 PRODUCT: Final = ("swarm", "scenarios", *TOPS)
 OWN: Final = {"swarm", "tests", "benchmarks", "docs", "examples", *TOPS}
 FOR_WORK: Final = {"dev", "mutants"}  # extras for who works on the project: nothing of the product imports them
-IMPORTED_AS: Final = {"scikit-fuzzy": "skfuzzy"}  # others of `dev` have one name
+IMPORTED_AS: Final = {"scikit-fuzzy": "skfuzzy", "mcap-ros2-support": "mcap_ros2"}  # others of `dev` have one name
 TOOLS: Final = {  # of `dev`, and what for, since no test imports them
     "zenoh-swarm": "the extras",
     "mypy": "make check",
@@ -126,6 +126,13 @@ def test_what_needs_ros2_names_the_extra(tmp_path: Path, library: str) -> None:
     done = swarm(tmp_path, "bridge", "ros2", code=f"sys.modules['{library}'] = None")
     said = "the bridge to ROS 2 is not installed: pip install 'zenoh-swarm[ros2]'"
     assert (done.returncode, done.stderr) == (2, f"swarm: bridge ros2: {said}\n")
+
+
+@pytest.mark.parametrize("library", EXTRAS["foxglove"].values())
+def test_what_needs_foxglove_names_the_extra(tmp_path: Path, library: str) -> None:
+    done = swarm(tmp_path, "bridge", "foxglove", code=f"sys.modules['{library}'] = None")
+    said = "the bridge to Foxglove is not installed: pip install 'zenoh-swarm[foxglove]'"
+    assert (done.returncode, done.stderr) == (2, f"swarm: bridge foxglove: {said}\n")
 
 
 def test_the_first_start_says_once_that_it_compiles(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ from typing import Final
 
 import pytest
 
-from docs.site import PROJECT, pages, rooms, turned
+from docs.website import PROJECT, pages, rooms, turned
 from tests.shared import ROOT
 
 LOADS: Final = re.compile(r"""<(?:script|img|iframe|source|video)\b[^>]*\bsrc="([^"]+)"|<link\b[^>]*\bhref="([^"]+)""")

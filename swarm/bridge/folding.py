@@ -35,7 +35,6 @@ class Fold:
         match message:
             case Clock(robots=robots, phase=phase, time=time):
                 self.robots, self.over, self.time = tuple(robots), phase is Phase.OVER, max(self.time, time)
-                return
             case Map(scenario=scenario):
                 self.settings = scenario.settings
             case Truth(time=time) | Sense(time=time):

@@ -55,13 +55,20 @@ class Parser(argparse.ArgumentParser):
 
 
 class Version(argparse.Action):
-    """Prints the version, and whether the package is plain Python or compiled."""
+    """Prints the version, whether the package is plain Python or compiled, and what it is made of."""
 
     def __call__(self, parser: argparse.ArgumentParser, *_: object) -> NoReturn:
         """Print and end the process."""
         from importlib.metadata import version
+        from platform import python_version
+
+        from swarm.fingerprint import fingerprint
+        from swarm.installed import installed
+        from swarm.messages import VERSION
 
         print(f"zenoh-swarm {version('zenoh-swarm')} ({'compiled' if by_mypyc() else 'plain Python'})")
+        print(f"wire swarm/v{VERSION}, code {fingerprint()}, Python {python_version()}")
+        print(", ".join(f"{name} {version(name)}" for name in installed()))
         parser.exit()
 
 

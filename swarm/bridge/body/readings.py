@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm.bridge.ros2.convert import IN_MAP, IN_ODOM
+from swarm.bridge.ros2.topics import Qos, RosTopic
 from swarm.bridge.ros2.types import Types
-from swarm.bridge.ros2.wire import Qos, RosTopic
 from swarm.errors import PeerError
 from swarm.geometry import Pose, Twist
 

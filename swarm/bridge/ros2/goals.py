@@ -1,28 +1,50 @@
 """What ROS asks of a robot: a goal's payload, which may be anything, becomes an order or a refusal. Pure."""
 
+from collections.abc import Sequence
 from math import isfinite
-from typing import Final
+from typing import Any, Final
 
 from swarm.bridge.ros2.convert import IN_MAP
 from swarm.bridge.ros2.topics import GOAL
 from swarm.bridge.ros2.types import Types
 from swarm.errors import PeerError
-from swarm.messages import Order
+from swarm.messages import Order, Point
 
 GOAL_LIMIT: Final = 4096  # bytes; a pose takes 84 and the name of its frame
 FAR: Final = 1e6  # m; no message of the fleet names a place beyond
 
 
 def ordered(ros: Types, payload: bytes, name: str) -> Order:
-    """Return the order to drive to a goal; it gets a name. The goal's yaw is not heeded: robots do not turn at a stop.
+    """Return the order to drive to a goal; it gets a name.
 
     Raises:
         PeerError: the payload is no pose, or one that is not on the floor of the map.
     """
-    goal = ros.deserialize(GOAL.type, payload)
+    return order_to([ros.deserialize(GOAL.type, payload)], name)
+
+
+def order_to(poses: Sequence[Any], name: str) -> Order:
+    """Return the order to drive to poses with headers, one after the other.
+
+    Their yaw is not heeded: robots do not turn at a stop.
+
+    Raises:
+        PeerError: there is none, or one is not on the floor of the map.
+    """
+    if not poses:
+        raise PeerError("poses: expected at least one, got none")
+    return Order(id=name, targets=[target(pose) for pose in poses])
+
+
+def target(goal: Any) -> Point:  # noqa: ANN401
+    """Return the place [m] of a pose with a header.
+
+    Raises:
+        PeerError: it is not on the floor of the map.
+    """
     frame, at = goal.header.frame_id, goal.pose.position
     if frame != IN_MAP:
         raise PeerError(f"header.frame_id: expected {IN_MAP!r}, got {frame[:40]!r}; give the goal in the map's frame")
     if not all(isfinite(value) and abs(value) <= FAR for value in (at.x, at.y)):
         raise PeerError(f"pose.position: expected x and y within 1e6 m, got ({at.x}, {at.y})")
-    return Order(id=name, targets=[(at.x, at.y)])
+    return at.x, at.y

@@ -2,10 +2,10 @@
 
 from typing import Final
 
-from swarm.cli.bridge import ros2
+from swarm.cli.bridge import foxglove, ros2
 from swarm.cli.parsing import Commands, Parser
 
-OTHERS: Final = (ros2,)
+OTHERS: Final = (ros2, foxglove)
 
 
 def add(commands: "Commands[Parser]") -> None:
