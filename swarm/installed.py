@@ -32,13 +32,15 @@ EXTRAS: Final[Mapping[str, Mapping[str, str]]] = MappingProxyType(
         "mcap": {"mcap": "mcap"},
         "ros2": {"rosbags": "rosbags", "xxhash": "xxhash"},
         "foxglove": {"foxglove-sdk": "foxglove", "rosbags": "rosbags"},
+        "vda5050": {"paho-mqtt": "paho"},
     }
 )
-NAMES: Final = {
+NAMES: Final = {  # of extras, for people
     "rerun": "Rerun",
     "ros2": "the bridge to ROS 2",
     "foxglove": "the bridge to Foxglove",
-}  # of extras, for people
+    "vda5050": "the bridge to VDA 5050",
+}
 TOPS: Final = ("world", "dashboard")  # installed beside `swarm`, under names that others have too
 HOME: Final = Path(__file__).parents[1]
 

@@ -8,7 +8,7 @@ from swarm.bridge.errand import End, Errand
 from swarm.bridge.errands import Errands
 from swarm.bridge.folding import FLEET, Fold
 from swarm.bus import Arrival, Bus, Link, Presence
-from swarm.messages import CLOCK, EVENT, EVENTS, MAP, PLAN, SENSE, STATE, STATUS, TRUTH, Message, Status, Topic
+from swarm.messages import CLOCK, EVENT, EVENTS, MAP, PLAN, RADIO, SENSE, STATE, STATUS, TRUTH, Message, Status, Topic
 from swarm.robot.host.joining import AWAY
 
 LISTEN: Final[tuple[Topic[Any], ...]] = (CLOCK, MAP, TRUTH, SENSE, PLAN, STATE, EVENT)
@@ -47,6 +47,8 @@ class Follower:
         if self.fold.settings is None or self._run != self.fold.run:  # the map of another run may be another
             self._catch_up()
             self._run = self.fold.run
+        if self.fold.settings is not None and not self.fold.settings.map.known:
+            self._bus.listen(RADIO)  # robots tell each other what they learn of the floor
         messages: list[Message] = []
         arrived, room = self._bus.receive(patience), MOST
         while arrived is not None:

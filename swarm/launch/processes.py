@@ -185,7 +185,7 @@ class Processes:
             self._fleet.start(DASHBOARD, "dashboard", self._common(members.WATCHER) | shown)
         for bridge in BRIDGES:
             if bridge.name in options.bridges:
-                self._fleet.start(bridge, bridge.name, self._common(members.OPERATOR))
+                self._fleet.start(bridge, bridge.name, self._common(members.BRIDGE))
         if options.bag is not None:
             self._fleet.start(RECORDER, "recorder", self._common(members.WATCHER) | {"record": options.bag})
         for robots in self._in_processes(names(options.robots)):

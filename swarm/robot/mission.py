@@ -10,6 +10,7 @@ from typing import Final
 from swarm.geometry import Pose, distance, wrap
 from swarm.maps.occupancy import Point
 from swarm.messages import Assigned
+from swarm.settings import Settings
 
 TURNED: Final = 0.1  # rad; a robot is turned to a heading within this; Nav2's goal checker wants 0.25
 LEAST: Final = 2  # stops of a patrol that were not given up; with fewer it ends
@@ -63,6 +64,13 @@ def is_at(pose: Pose, stop: Point, heading: float | None, reach: float) -> bool:
 def heading_at(headings: Sequence[float | None], stop: int) -> float | None:
     """Return the heading [rad] that is asked for at a stop, None if any will do."""
     return headings[stop] if stop < len(headings) else None
+
+
+def targets_of_others(settings: Settings, number: int) -> list[Point]:
+    """Return the targets of the other robots [m], without homes: a robot that is done must not stay on one."""
+    if not settings.own_targets:
+        return settings.targets
+    return [stop for other, stops in enumerate(settings.own_targets) if other != number for stop in stops]
 
 
 class Mission:

@@ -86,7 +86,7 @@ RIGHTS: Final = {
     BRIDGE: Rights(
         sends=(),
         answers=(),
-        hears=(CLOCK, MAP, TRUTH, SENSE, PLAN, STATE, EVENT, STATUS),
+        hears=(CLOCK, MAP, TRUTH, SENSE, PLAN, STATE, EVENT, STATUS, RADIO),
         asks=(*LAST, ORDER, ROBOT_ACTION),
         present_as=None,
         sees="world",

@@ -7,7 +7,7 @@ from typing import Final, TypeVar
 
 from swarm.bridge.body import readings
 from swarm.bridge.body.body import STANDS, Setting
-from swarm.bridge.ros2.convert import LINK, header
+from swarm.bridge.ros2.convert import header
 from swarm.bridge.ros2.graph import LiveNode
 from swarm.bridge.ros2.topics import RosTopic
 from swarm.bridge.ros2.types import Types
@@ -20,15 +20,15 @@ from swarm.geometry import Twist
 T = TypeVar("T")
 
 FAREWELLS: Final = 3  # twists of 0 at the end: one of them may be lost
-VECTOR: Final = "geometry_msgs/msg/Vector3"
-TWIST, STAMPED = "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"
+BASE: Final = "base_link"
+TWIST, STAMPED, VECTOR = "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped", "geometry_msgs/msg/Vector3"
 
 
 class RosRobot:
     """A robot in the graph of ROS: what it says, and a twist for it."""
 
     def __init__(self, session: Foreign, ros: Types, domain: int, setting: Setting, ledger: Ledger) -> None:
-        self._ros, self._setting = ros, setting
+        self._ros, self._setting, self._ledger = ros, setting, ledger
         self._command = RosTopic(setting.command.strip("/"), STAMPED if setting.stamped else TWIST)
         self.hears = readings.topics(setting.odometry, setting.localisation, setting.scan, setting.stop)
         name = "swarm_body_" + "".join(letter if letter.isalnum() else "_" for letter in setting.robot)
@@ -44,9 +44,11 @@ class RosRobot:
             return
         for payload in self._node.arrived(topic):
             try:
+                if isinstance(payload, PeerError):
+                    raise payload
                 yield read(self._ros, payload)
             except PeerError as fault:
-                self._node.refuse(topic, fault)
+                self._ledger.refuse(topic.name, PeerError(f"/{topic.name}: {fault}"))
 
     def drive(self, twist: Twist) -> None:
         """Tell the robot a twist."""
@@ -54,7 +56,7 @@ class RosRobot:
         linear = ros.make(VECTOR, x=twist.linear, y=0.0, z=0.0)
         told = ros.make(TWIST, linear=linear, angular=ros.make(VECTOR, x=0.0, y=0.0, z=twist.angular))
         if self._setting.stamped:
-            told = ros.make(STAMPED, header=header(ros, LINK, time_ns()), twist=told)
+            told = ros.make(STAMPED, header=header(ros, BASE, time_ns()), twist=told)
         self._node.send(self._command, told)
 
     def stand(self) -> None:

@@ -6,7 +6,7 @@ as Nav2 has them for each of many robots. In the fleet's ``/tf``, r1 is ``r1/bas
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from math import cos, sin
-from typing import Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,8 +21,11 @@ from swarm.bridge.ros2.types import Types
 from swarm.geometry import Pose
 from swarm.maps.occupancy import FREE, OBSTACLE, UNKNOWN, WALL, OccupancyMap
 from swarm.maps.wire import unpack
-from swarm.messages import Clock, Event, Map, Message, Plan, Sense, State, Truth
+from swarm.messages import Broadcast, Clock, Event, Map, Message, Plan, Sense, State, Truth
 from swarm.settings import Settings
+
+if TYPE_CHECKING:
+    from swarm.bridge.learned import LearnedFloor
 
 IN_MAP, IN_ODOM, BASE, LINK, LASER = "map", "odom", "base_footprint", "base_link", "base_scan"
 OCCUPANCY: Final = {FREE: 0, WALL: 100, OBSTACLE: 100, UNKNOWN: -1}  # %; -1: not known (nav_msgs/OccupancyGrid)
@@ -52,6 +55,7 @@ class Converter:
         self._joined, self._wants = joined, wants
         self._cells: markers.Lattice | None = None
         self._scanner: Scanner | None = None
+        self._learned: LearnedFloor | None = None  # None: robots are given the floor
         self.show({})
 
     def show(self, names: Mapping[str, str]) -> None:
@@ -82,7 +86,13 @@ class Converter:
             case Map(packed=packed):
                 floor = unpack(packed)
                 self._cells = markers.lattice_of(floor, settings)
-                yield Said("", topics.MAP, occupancy_grid(floor, at))
+                self._learned = None
+                if settings.map.known:
+                    yield Said("", topics.MAP, occupancy_grid(floor, at))
+                else:
+                    self._learned = _learning(message)
+            case Broadcast() if self._learned is not None:
+                self._learned.hear(message)
             case Truth():
                 yield from self._of_truth(message, at)
             case Sense():
@@ -97,6 +107,8 @@ class Converter:
                 yield Said("", topics.DIAGNOSTICS, health.diagnostics(at, [health.of_event(message)]))
 
     def _of_truth(self, truth: Truth, at: int) -> Iterator[Said]:
+        if self._learned is not None:
+            self._learned.see(truth)
         bodies = [body for body in truth.bodies if body.robot in self.names]
         poses = {body.robot: Pose(body.x, body.y, body.yaw) for body in bodies}
         if self._wants("", topics.CLOCK):
@@ -126,6 +138,11 @@ class Converter:
             yield Said(robot, topics.SCAN, self._scanner.scan(at, own + LASER, sense.rays))
 
     def _of_clock(self, clock: Clock, settings: Settings, at: int) -> Iterator[Said]:
+        if self._learned is not None and (learned := self._learned.news()) is not None:
+            values: NDArray[np.int8] = np.full(learned.rows * learned.columns, OCCUPANCY[UNKNOWN], np.int8)
+            values[learned.cells] = OCCUPANCY[WALL]
+            shape = learned.rows, learned.columns
+            yield Said("", topics.MAP, grid(self._learned.origin, learned.resolution, shape, values, at))
         if self._wants("", topics.DIAGNOSTICS):
             yield Said("", topics.DIAGNOSTICS, health.diagnostics(at, health.of_clock(clock, self.names)))
         if self._wants("", topics.MARKERS):
@@ -147,21 +164,28 @@ class Converter:
         return [(own + BASE, own + LINK, HERE), (own + LINK, own + LASER, HERE)]
 
 
+def _learning(floor: Map) -> "LearnedFloor":
+    """Return what is learned of a floor so far: nothing. Few fleets learn theirs, and what draws it takes 100 MB."""
+    from swarm.bridge.learned import LearnedFloor
+
+    return LearnedFloor(floor)
+
+
 def occupancy_grid(floor: OccupancyMap, at: int) -> bytes:
     """Return a map as ROS's: row 0 is the lowest in both, and the origin is the outer corner of cell 0."""
     values = np.array([OCCUPANCY[kind] for kind in range(len(OCCUPANCY))], np.int8)
-    return grid(floor, values[floor.cells], at)
+    return grid(floor.origin, floor.resolution, floor.shape, values[floor.cells], at)
 
 
-def grid(floor: OccupancyMap, values: "NDArray[np.int8]", at: int) -> bytes:
-    """Return values of a floor's cells [%] as a nav_msgs/msg/OccupancyGrid."""
-    rows, columns = floor.shape
+def grid(origin: Pose, side: float, shape: tuple[int, int], values: NDArray[np.int8], at: int) -> bytes:
+    """Return values [%] of rows and columns of cells, with a side in m, as a nav_msgs/msg/OccupancyGrid."""
+    rows, columns = shape
     out = Cdr()
     out.head(at, IN_MAP)
     out.time(at)
-    out.put("f", floor.resolution)
+    out.put("f", side)
     out.put("I", columns, rows)
-    out.pose(floor.origin)
+    out.pose(origin)
     out.raw(values.size, 1, values.tobytes())
     return out.finish()
 

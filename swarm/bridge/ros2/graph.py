@@ -37,7 +37,10 @@ class Request:
 
 
 class LiveNode:
-    """A node in one namespace, present in ROS until ``close``, with what it offers, hears and serves."""
+    """A node in one namespace, present in ROS until ``close``, with what it offers, hears and serves.
+
+    What is longer than ``limit`` [bytes] on a topic is refused.
+    """
 
     def __init__(
         self,
@@ -51,7 +54,7 @@ class LiveNode:
         serves: Iterable[RosService] = (),
         limit: int = GOAL_LIMIT,
     ) -> None:
-        """Announce it; ``refused`` is told of what comes and is bad, also of messages above ``limit`` [bytes]."""
+        """Announce it; ``refused`` is told of what comes and is bad."""
         self._session, self._node, self._ros, self._refused = session, node, ros, refused
         self._offered: dict[str, tuple[RosEndpoint, Iterator[int]]] = {}
         self._heard: dict[str, RosEndpoint] = {}
@@ -95,14 +98,6 @@ class LiveNode:
             self.refuse(topic, fault)
             return None
 
-    def arrived(self, topic: RosTopic) -> Iterator[bytes]:
-        """Yield the payloads that came on a topic since the last call, the oldest first; one too long is refused."""
-        for payload in self._session.arrived(self._heard[topic.name].key):
-            if isinstance(payload, PeerError):
-                self.refuse(topic, payload)
-            else:
-                yield payload
-
     def refuse(self, what: RosTopic | RosService, fault: PeerError) -> str:
         """Count what came on a topic or for a service as bad; return the sentence about it."""
         text = f"{self._node.namespace.rstrip('/')}/{what.name}: {fault}"
@@ -120,6 +115,10 @@ class LiveNode:
                 asked.refuse(self.refuse(service, fault))
                 continue
             yield Request(message, self._ros, f"{service.type}_Response", asked, endpoint)
+
+    def arrived(self, topic: RosTopic) -> list[bytes | PeerError]:
+        """Return the payloads that came on a topic since the last call, or an error for one that is too long."""
+        return self._session.arrived(self._heard[topic.name].key)
 
     def close(self) -> None:
         """Withdraw the node and all that it has announced."""

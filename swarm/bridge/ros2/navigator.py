@@ -45,10 +45,19 @@ class Navigator:
     """Nav2's actions of one robot, at its node."""
 
     def __init__(
-        self, robot: str, node: LiveNode, ros: Types, bus: Bus, errands: Errands, log: Callable[[str], None]
+        self,
+        robot: str,
+        node: LiveNode,
+        ros: Types,
+        bus: Bus,
+        errands: Errands,
+        log: Callable[[str], None],
+        *,
+        turns: bool,
     ) -> None:
+        """``turns`` says that the yaw of a goal is heeded."""
         self._robot, self._node, self._ros = robot, node, ros
-        self._bus, self._errands, self._log = bus, errands, log
+        self._bus, self._errands, self._log, self._turns = bus, errands, log, turns
         self._goals = {action: Goals() for action in NAVIGATION}
         self._told = 0.0  # s, when feedback was sent last
         self._trees = False  # it was said that behaviour trees are ignored
@@ -98,7 +107,7 @@ class Navigator:
             if self._goals[action].find(id_) is not None:
                 raise PeerError(f"goal {id_.hex()[:8]}: expected a new id, got one that is known")
             poses = poses_of(action, asked.goal)
-            order = order_to(poses, id_.hex())
+            order = order_to(poses, id_.hex(), turns=self._turns)
             reply = self._bus.ask(ORDER, order, timeout=ANSWER, robot=self._robot)
         except PeerError as fault:
             self._log(f"{self._robot}: {action.name}: goal refused: {fault}")

@@ -40,18 +40,22 @@ def run(
     *,
     dialect: Dialect = Dialect.RMW_ZENOH,
     wall_time: bool = False,
+    final_turn: bool = False,
     log: Callable[[str], None] = print,
 ) -> int:
     """Show a fleet to ROS, on another router or, with None, the same, until its run is over or we are told to stop.
 
     Stamps are those of the run, which ``/clock`` tells; with ``wall_time`` those of this machine, without ``/clock``.
+    With ``final_turn`` a robot turns to the yaw of a goal.
 
     Raises:
         ConfigError: one of the routers does not answer.
     """
     router = endpoint if router is None else router
     with told_to_stop() as stop, Bus(endpoint, fleet, log) as bus, Foreign(router) as session:
-        bridge = Bridge(bus, session, Types(distro), domain, dialect=dialect, wall_time=wall_time, log=log)
+        bridge = Bridge(
+            bus, session, Types(distro), domain, dialect=dialect, wall_time=wall_time, turns=final_turn, log=log
+        )
         how = f"in ROS domain {domain} ({distro})" if dialect is Dialect.RMW_ZENOH else f"as {dialect} has robots"
         log(f"fleet {fleet} is {how} on {router}")
         bridge.follow(stop.is_set)
@@ -70,10 +74,11 @@ class Bridge:
         *,
         dialect: Dialect,
         wall_time: bool,
+        turns: bool,
         log: Callable[[str], None],
     ) -> None:
         self._bus, self._session, self._ros, self._domain, self._dialect = bus, session, ros, domain, dialect
-        self._wall_time, self._log = wall_time, log
+        self._wall_time, self._turns, self._log = wall_time, turns, log
         self._converter = Converter(wants=self._wants)
         self._ledger = Ledger(log)
         self._fleet = Follower(bus, log, (*LISTEN, *ORDERED))
@@ -92,7 +97,7 @@ class Bridge:
     def follow(self, stopped: Callable[[], bool]) -> None:
         """Hand on all that comes, in both directions, until the run is over."""
         while not stopped() and not self._fold.over:
-            for errand, end in self._fleet.take_in():
+            for errand, end in self._fleet.take_in(HEED):
                 if errand.robot in self._navigators:
                     self._navigators[errand.robot].end(errand, end)
             self._show_robots()
@@ -132,7 +137,7 @@ class Bridge:
                 for name in WITH_STATE:
                     self._attended[robot][name] = self._node(space, name, serves=services(name))
                 self._navigators[robot] = Navigator(
-                    robot, node, self._ros, self._bus, self._fleet.errands, self._log
+                    robot, node, self._ros, self._bus, self._fleet.errands, self._log, turns=self._turns
                 )  # fmt: skip
         self._spaces, self._refused = spaces, refused
         self._converter.show(spaces)
@@ -177,7 +182,7 @@ class Bridge:
         if (payload := node.newest(GOAL)) is None:
             return
         try:
-            order = ordered(self._ros, payload, uuid4().hex)
+            order = ordered(self._ros, payload, uuid4().hex, turns=self._turns)
         except PeerError as fault:
             node.refuse(GOAL, fault)
             return

@@ -14,7 +14,7 @@ from xxhash import xxh3_128_intdigest
 from swarm.bridge.ros2.topics import RosService, RosTopic
 from swarm.errors import PeerError
 
-NODE: Final = "swarm_bridge"  # the name of the bridge's node in each namespace
+NODE: Final = "swarm_bridge"  # the usual name of the bridge's node in each namespace
 ENCLAVE: Final = "%"  # of security: none
 ATTACHED: Final = struct.Struct("<qqB16s")  # number of the message, ns of its sending, length of the GID, the GID
 GID_LENGTH: Final = 16  # bytes

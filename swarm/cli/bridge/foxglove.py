@@ -7,7 +7,7 @@ from swarm.cli.finding import of_a_client, place
 from swarm.cli.parsing import Commands, Parser
 from swarm.errors import ConfigError
 from swarm.installed import without
-from swarm.secure.names import OPERATOR
+from swarm.secure.names import BRIDGE
 
 HOST = "127.0.0.1"
 PORT = 8765  # at which viewers look
@@ -22,7 +22,7 @@ def bridge(options: argparse.Namespace) -> int:
     from swarm.bridge.foxglove.process import run
     from swarm.bus import Endpoint
 
-    router, fleet = place(options, OPERATOR)
+    router, fleet = place(options, BRIDGE)
     serve = Endpoint(options.bind, options.port)
     if not serve.local:
         print(f"foxglove: {options.bind} is open: anybody who reaches it sees the fleet and can steer it", flush=True)

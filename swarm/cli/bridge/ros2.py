@@ -34,7 +34,7 @@ def bridge(options: argparse.Namespace) -> int:
     ros = router if options.ros is None else endpoint(options.ros, None, BRIDGE)
     return run(
         router, fleet, ros, options.domain, options.distro, dialect=Dialect(options.dialect),
-        wall_time=options.clock == "wall",
+        wall_time=options.clock == "wall", final_turn=options.final_turn,
     )  # fmt: skip
 
 
@@ -64,5 +64,7 @@ def add(commands: "Commands[Parser]") -> None:
     one.add_argument("--dialect", choices=DIALECTS, default=DIALECTS[0], help=text)
     text = "whose time stamps have: the run's, by default, which /clock tells; or this machine's, without /clock"
     one.add_argument("--clock", choices=CLOCKS, default=CLOCKS[0], help=text)
+    text = "a robot turns to the yaw of a goal, within 0.1 rad, before the goal counts; else it stands as it came"
+    one.add_argument("--final-turn", action="store_true", help=text)
     of_a_body(one)
     one.set_defaults(command=bridge)

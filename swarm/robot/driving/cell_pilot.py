@@ -29,6 +29,7 @@ from swarm.robot.driving.safety import (
 )
 from swarm.robot.driving.tables import Detour, Rollout, fuzzy_speeds, scale_of
 from swarm.robot.ground import Block
+from swarm.robot.mission import targets_of_others
 from swarm.robot.sectors import sectors
 from swarm.robot.tuning import PILOT, SCALE
 from swarm.settings import Settings
@@ -97,7 +98,7 @@ class CellPilot:
         self._drive = DifferentialDrive(robot.track_width)
         fans = sectors(settings.sensors)
         self._bearings = (*fans.left, *fans.front, *fans.right)
-        self._wanted = {cells.cell_of(*stop) for stop in _targets_of_others(settings, number)}
+        self._wanted = {cells.cell_of(*stop) for stop in targets_of_others(settings, number)}
         self._filter = SafetyFilter(settings)
         self._detour = Detour(self._filter)
         self._evasion = Evasion(settings)
@@ -333,10 +334,3 @@ class CellPilot:
         radius, reach = self._settings.robot.radius, self._settings.sensors.range
         expected = partial(free_on_map, inputs.navigator.grid, inputs.pose, radius, reach)
         return Scan(self._bearings, inputs.sense.rays, expected)
-
-
-def _targets_of_others(settings: Settings, number: int) -> list[Point]:
-    """Return the targets of the other robots [m], without homes: a robot that is done must not stay on one."""
-    if not settings.own_targets:
-        return settings.targets
-    return [stop for other, stops in enumerate(settings.own_targets) if other != number for stop in stops]

@@ -1,12 +1,15 @@
 """Nav2's actions on a real fleet, by a client with plain zenoh and messages of another library."""
 
+import os
 import signal
 import struct
+import subprocess
+import sys
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from queue import SimpleQueue
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import pytest
 import zenoh
@@ -246,3 +249,52 @@ def test_a_goal_outlives_the_router_of_ros_but_not_a_bridge_that_is_killed(small
                 assert client.result(second).get(Result).status == UNKNOWN
                 assert client.send(uuid(), FAR)
         watching.undeclare()
+
+
+FREE_FLEET: Final = os.environ.get("FREE_FLEET")  # a copy of its repository
+
+
+def script(name: str, session_of: Endpoint, folder: Path, *arguments: str) -> "subprocess.Popen[str]":
+    """Start a script of free_fleet as it is."""
+    assert FREE_FLEET is not None
+    config = folder / "zenoh.json5"
+    config.write_text(f'{{mode: "client", connect: {{endpoints: ["{session_of}"]}}}}')
+    paths = [f"{FREE_FLEET}/free_fleet", f"{FREE_FLEET}/free_fleet_examples"]
+    return subprocess.Popen(
+        [sys.executable, "-u", "-m", f"free_fleet_examples.{name}", "-c", str(config), "-n", "r1", *arguments],
+        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+        env=os.environ | {"PYTHONPATH": os.pathsep.join(paths)},
+    )  # fmt: skip
+
+
+def read_until(process: "subprocess.Popen[str]", part: str) -> list[str]:
+    """Read lines until one has a part."""
+    assert process.stdout is not None
+    lines: list[str] = []
+    for line in process.stdout:
+        lines.append(line)
+        if part in line:
+            return lines
+    raise AssertionError(lines)
+
+
+@pytest.mark.long("a robot drives to a goal in real time")
+@pytest.mark.skipif(FREE_FLEET is None, reason="FREE_FLEET names no copy of open-rmf/free_fleet")
+def test_the_scripts_of_free_fleet_send_and_cancel(small: Path, tmp_runtime: Path, endpoint: Endpoint) -> None:
+    with bridged(small, tmp_runtime, endpoint, "--dialect", "ros2dds"), ExitStack() as stack:
+
+        def run(name: str, *arguments: str) -> "subprocess.Popen[str]":
+            process = stack.enter_context(script(name, endpoint, tmp_runtime, *arguments))
+            stack.callback(process.kill)  # one of them goes on for ever after the result
+            return process
+
+        with client_session(endpoint) as session, Client(session, None, "r1"):
+            pass  # until then there is nobody to ask
+        read_until(run("nav2_send_navigate_to_pose", "-x", "5.5", "-y", "3.5"), "Goal rejected")
+        goal = run("nav2_send_navigate_to_pose", "-x", "9.5", "-y", "2.0")
+        read_until(goal, "Goal accepted by server")
+        read_until(goal, "Distance remaining: ")
+        read_until(run("nav2_cancel_all_goals"), "Return code: 0")
+        read_until(goal, "Result: 5")
+        goal = run("nav2_send_navigate_to_pose", "-x", "9.5", "-y", "2.0")
+        read_until(goal, "Result: 4")

@@ -26,7 +26,7 @@ from swarm.messages.world import Seen
 from swarm.robot.sectors import sectors
 from swarm.settings import SensorSettings, Settings
 from swarm.traffic.lattice.placement import cells_of
-from tests.messages.made import clock, truth
+from tests.messages.made import broadcast, clock, truth
 from tests.robot.shared import FITS
 from tests.shared import ROOT, scenario_of
 
@@ -320,6 +320,22 @@ def test_events_and_states_are_diagnostics() -> None:
         "waits for": "r2",
         "replans": "3",
     }
+
+
+def test_a_floor_that_robots_learn_is_what_they_have_told() -> None:
+    unknown = structs.replace(SETTINGS, map=structs.replace(SETTINGS.map, known=False))
+    floor = Map(packed=PACKED, scenario=structs.replace(SCENARIO, settings=unknown))
+    made = converter()
+    told = (
+        floor, broadcast(20, "r1", walls=[0, 3]), truth(20), clock(20), truth(22), clock(22),
+        broadcast(23, "r1", walls=[5]), truth(24), clock(24),
+    )  # fmt: skip
+    found = [read(list(made.converted(message, "", unknown, AT))) for message in told]
+    grids = [only(some, topics.MAP) for some in found if any(one.topic is topics.MAP for one in some)]
+    assert [sorted({*grid.data.tolist()}) for grid in grids] == [[-1, 100]] * 2, "unknown, and what is solid"
+    assert [np.flatnonzero(grid.data == 100).tolist() for grid in grids] == [[0, 3], [0, 3, 5]]
+    width = unpack(PACKED).shape[1] * unpack(PACKED).resolution
+    assert grids[0].info.width * grids[0].info.resolution == pytest.approx(width), "finer cells, the same floor"
 
 
 def test_the_table_of_events_has_kinds_that_there_are() -> None:
