@@ -44,6 +44,7 @@ SAID: Final = {  # command: the sentence, without "swarm: "
     "bridge ros2 --secure keys":          "--secure: expected --ros ENDPOINT too, got none: the router of a fleet with keys serves no others; name the router of ROS",
     "bridge ros2 --scan /scan":           "--scan: expected --body ROBOT too, got none; name the robot of the fleet",
     "bridge ros2 --square":               "--square: expected --body ROBOT too, got none; name the robot of the fleet",
+    "bridge ros2 --body r2 --dialect ros2dds": "--dialect ros2dds: expected rmw_zenoh with --body; the other one is not tried",
     "bridge ros2 --body r2 --odom none":  "--odom none: expected --pose T too, got none: one of them tells where the robot is",
     "bridge ros2 --body r2 --odom odom":  "--odom: expected a topic that begins with /, of letters, digits and single _, got 'odom'",
     "bridge ros2 --body r2 --cmd /a//b":  "--cmd: expected a topic that begins with /, of letters, digits and single _, got '/a//b'",

@@ -23,6 +23,8 @@ def check(options: argparse.Namespace) -> None:
     given = [f"--{name.replace('_', '-')}" for name in OPTIONS if getattr(options, name)]
     if options.body is None and given:
         raise ConfigError(f"{given[0]}: expected --body ROBOT too, got none; name the robot of the fleet")
+    if options.body is not None and options.dialect != "rmw_zenoh":
+        raise ConfigError(f"--dialect {options.dialect}: expected rmw_zenoh with --body; the other one is not tried")
     for name in TOPICS:
         topic = getattr(options, name)
         if topic is not None and (name, topic) != ("odom", "none") and not TOPIC.fullmatch(topic):
