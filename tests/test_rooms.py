@@ -71,6 +71,8 @@ SUBROOMS: Final = {
     "swarm.bridge.cdr": "",
     "swarm.bridge.ros2": "cdr",
     "swarm.bridge.foxglove": "cdr ros2",
+    "swarm.bridge.body": "ros2",
+    "swarm.bridge.vda5050": "",
     "swarm.cli.bridge": "",
     "swarm.cli.start": "",
     "swarm.cli.steer": "look",
@@ -91,6 +93,7 @@ LIBRARIES: Final = {
     "aiohttp": "dashboard/box/server.py",
     "cryptography": "swarm/secure",
     "rosbags": "swarm/bridge/ros2/types.py",
+    "paho": "swarm/bridge/vda5050/line.py",
     "xxhash": "swarm/bridge/ros2/wire.py",
     "foxglove": "swarm/bridge/foxglove",
 }

@@ -17,6 +17,7 @@ class How(StrEnum):
     LOST = "lost"  # its robot; another process may take its place and go on
     AGAIN = "again"  # the run was started again, without it
     OVER = "over"  # the run
+    ALONE = "alone"  # the fleet has no world any more
 
 
 REPLACED: Final = (How.REPLACED, How.CANCELLED)  # as kinds of events
@@ -36,6 +37,7 @@ class Errand:
         self.robot, self.number, self.run = robot, number, run
         self.name = f"{robot}: order {shortened(order.id)}"
         self._home = order.home
+        self._world: str | None = None  # identity of the world that has it; None: not told yet
         self.state: State | None = None  # the last of its robot
         self.phase, self.heard = Phase.RUNNING, Liveness.ALIVE
         self.asks = False  # the robot says that it has no target of this order left: the world has to be asked
@@ -44,6 +46,11 @@ class Errand:
     def underway(self) -> State | None:
         """The last state of its robot, if that is about this order."""
         return self.state if self.state is not None and self.state.assignment == self.number else None
+
+    @property
+    def replaced(self) -> bool:
+        """True if its robot says that it has another order by now."""
+        return self.state is not None and self.state.assignment > self.number
 
     def take(self, message: Message) -> End | None:
         """Take in a message of the fleet; return how the order has ended, None if it has not."""
@@ -60,14 +67,20 @@ class Errand:
                     return self._not_done(How(message.kind), message.text.split("): ", 1)[1])
             case Clock():
                 return self._hear(message)
+            case Status(world=world) if world != (self._world or world):  # of the same name, and perhaps run number
+                return self._not_done(How.AGAIN, "the fleet was started again, without it")
             case Status(run=self.run):
+                self._world = message.world
                 return self._look(message)
         return None
 
     def past(self) -> End | None:
         """Return the end of an order that the robot has no longer and that nothing has replaced: it was done."""
-        newer = self.state is not None and self.state.assignment > self.number
-        return End(How.DONE, f"{self.name} is done") if newer else None
+        return End(How.DONE, f"{self.name} is done") if self.replaced else None
+
+    def alone(self, silence: float) -> End:
+        """Return the end of an order whose fleet has had no world for so long [s]."""
+        return self._not_done(How.ALONE, f"the fleet has had no world for {silence:g} s")
 
     def label(self, stop: int, stops: int) -> str:
         """Return the name of one of its stops."""

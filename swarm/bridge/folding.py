@@ -19,6 +19,7 @@ class Fold:
         self.run = -1
         self.time = 0.0  # s, since the run began
         self.over = False
+        self.clock: Clock | None = None  # the newest
         self.settings: Settings | None = None  # not known before the map has come
         self._waiting: dict[tuple[type[Message], str], Message] = {}
         self._events: deque[Event] = deque(maxlen=MOST_EVENTS)  # all that come, not only the newest
@@ -34,6 +35,7 @@ class Fold:
             self._events.clear()
         match message:
             case Clock(robots=robots, phase=phase, time=time):
+                self.clock = message
                 self.robots, self.over, self.time = tuple(robots), phase is Phase.OVER, max(self.time, time)
             case Map(scenario=scenario):
                 self.settings = scenario.settings

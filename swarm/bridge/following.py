@@ -1,48 +1,85 @@
 """A bridge's side of the fleet: an ordinary client of the wire that has the newest of all and never lags behind."""
 
 from collections.abc import Callable, Iterable
+from time import monotonic
 from typing import Any, Final
 
+from swarm.bridge.errand import End, Errand
+from swarm.bridge.errands import Errands
 from swarm.bridge.folding import FLEET, Fold
-from swarm.bus import Arrival, Bus, Link
-from swarm.messages import CLOCK, EVENT, MAP, PLAN, RADIO, SENSE, STATE, TRUTH, Topic
+from swarm.bus import Arrival, Bus, Link, Presence
+from swarm.messages import CLOCK, EVENT, EVENTS, MAP, PLAN, RADIO, SENSE, STATE, STATUS, TRUTH, Message, Status, Topic
+from swarm.robot.host.joining import AWAY
 
 LISTEN: Final[tuple[Topic[Any], ...]] = (CLOCK, MAP, TRUTH, SENSE, PLAN, STATE, EVENT)
+ORDERED: Final[tuple[Topic[Any], ...]] = (STATUS,)  # the ends of orders are seen from this too
 KEPT: Final[tuple[Topic[Any], ...]] = (CLOCK, MAP, TRUTH, PLAN, STATE)  # the world answers with the last ones
 LOOK: Final = 0.05  # s, the longest time between two looks at the other side: a period of the usual senses
 MOST: Final = 1000  # arrivals that are taken in before what they say goes out: a run may be faster than this process
+ANSWER: Final = 1.0  # s to wait for what the world keeps
 
 
 class Follower:
-    """What one process knows of a fleet that it follows: ``fold`` has the newest messages."""
+    """What one process knows of a fleet that it follows: ``fold`` has the newest messages.
+
+    Whoever gives orders listens to ``ORDERED`` too, and adds an ``Errand`` for each to ``errands``.
+    """
 
     def __init__(self, bus: Bus, log: Callable[[str], None], listen: Iterable[Topic[Any]] = LISTEN) -> None:
         self._bus, self._log = bus, log
         self._topics = tuple(listen)
         self._run: int | None = None  # whose last messages have been asked for
+        self._worlds: set[str] = set()  # their sessions
+        self._seen = monotonic()  # s, when there was a world
         self.fold = Fold()
+        self.errands = Errands()
         for topic in self._topics:
             bus.listen(topic)
+        bus.watch_presence("world")
 
-    def take_in(self, patience: float = LOOK) -> None:
-        """Take in what has come; wait at most ``patience`` [s] if nothing has."""
+    @property
+    def alone(self) -> bool:
+        """True if the fleet has had no world for so long that none will come back."""
+        return not self._worlds and monotonic() - self._seen > AWAY
+
+    def take_in(self, patience: float = LOOK) -> list[tuple[Errand, End]]:
+        """Take in what has come; wait at most ``patience`` [s] if nothing has. Return the errands that have ended."""
         if self.fold.settings is None or self._run != self.fold.run:  # the map of another run may be another
             self._catch_up()
             self._run = self.fold.run
         if self.fold.settings is not None and not self.fold.settings.map.known:
             self._bus.listen(RADIO)  # robots tell each other what they learn of the floor
+        messages: list[Message] = []
         arrived, room = self._bus.receive(patience), MOST
         while arrived is not None:
             match arrived:
+                case Arrival(message=Status() as message):
+                    messages.append(message)
                 case Arrival(ids=ids, message=message):
+                    messages.append(message)
                     self.fold.take(message, ids.get("robot", FLEET))
-                case Link(up=False):
-                    self._log("the fleet's router is away; waiting for it")
+                case Presence(session=session, alive=alive):
+                    (self._worlds.add if alive else self._worlds.discard)(session)
+                    self.errands.doubt()
+                case Link(up=up):
+                    self.errands.doubt()
+                    if not up:
+                        self._log("the fleet's router is away; waiting for it")
             room -= 1
             arrived = self._bus.receive(0.0) if room else None
+        self._seen = monotonic() if self._worlds else self._seen
+        ended = self.errands.take(messages)
+        if self.errands.asks and self._worlds:
+            ended += self.errands.told(self._asked())
+        return [*ended, *self.errands.alone(AWAY)] if self.alone else ended
+
+    def _asked(self) -> list[Message]:
+        """Ask the world for all that the end of an order can be seen from."""
+        events = [event for one in self._bus.fetch(EVENTS, timeout=ANSWER) for event in one.events]
+        return [*self._bus.fetch(STATUS, timeout=ANSWER), *events, *self._bus.fetch(CLOCK, timeout=ANSWER)]
 
     def _catch_up(self) -> None:
         for topic in KEPT:
             if topic in self._topics:
-                for message in self._bus.fetch(topic, timeout=1.0):
+                for message in self._bus.fetch(topic, timeout=ANSWER):
                     self.fold.take(message)

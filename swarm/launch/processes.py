@@ -11,7 +11,7 @@ from swarm.bus import Endpoint
 from swarm.errors import ConfigError
 from swarm.launch.options import Options
 from swarm.launch.supervise.fleet import Fleet, check_open_files
-from swarm.launch.supervise.table import BOX, DASHBOARD, PROXY, RECORDER, ROBOT, ROUTER, WORLD
+from swarm.launch.supervise.table import BOX, BRIDGES, DASHBOARD, PROXY, RECORDER, ROBOT, ROUTER, WORLD
 from swarm.scenario.starts import names
 from swarm.secure import names as members
 from swarm.settings import MOST_ROBOTS
@@ -116,7 +116,7 @@ class Processes:
         self._fleet.start(ROBOT, name, common | {"robots": robots})
 
     def start_again(self, options: Options, first_run: int, stop: Flag) -> None:
-        """End the world, the robots and who writes files, and start them with other options, unless told to ``stop``.
+        """End the world, the robots and who listens, and start them with other options, unless told to ``stop``.
 
         The box stays, and so does the router, unless its lease is too short for the sessions to come.
 
@@ -127,7 +127,7 @@ class Processes:
         self.let_finish(stop)
         if stop.is_set():
             return
-        self._fleet.stop((DASHBOARD, RECORDER, ROBOT))
+        self._fleet.stop((DASHBOARD, RECORDER, *BRIDGES, ROBOT))
         for file in (self.summary_file, self._snapshot, self.given_up):
             file.unlink(missing_ok=True)
         self._fleet.lost.clear()
@@ -183,6 +183,9 @@ class Processes:
         )
         if shown is not None:
             self._fleet.start(DASHBOARD, "dashboard", self._common(members.WATCHER) | shown)
+        for bridge in BRIDGES:
+            if bridge.name in options.bridges:
+                self._fleet.start(bridge, bridge.name, self._common(members.BRIDGE))
         if options.bag is not None:
             self._fleet.start(RECORDER, "recorder", self._common(members.WATCHER) | {"record": options.bag})
         for robots in self._in_processes(names(options.robots)):

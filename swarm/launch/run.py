@@ -24,7 +24,7 @@ from swarm.launch.running import CARD, Listing, named, registered
 from swarm.launch.setup import BUSY, answered, as_set, in_words
 from swarm.launch.summary import closing_lines, summary_of, told_of_recordings, told_of_tape
 from swarm.launch.supervise.fleet import Ended, Fleet
-from swarm.launch.supervise.table import DASHBOARD, RECORDER, RESTARTS, WITHIN, EarlyEnd
+from swarm.launch.supervise.table import RESTARTS, WITHIN, EarlyEnd
 from swarm.messages import CLOCK, SETUP, Clock
 from swarm.scenario.starts import names
 from swarm.secure import Identity
@@ -53,6 +53,7 @@ def run(options: Options) -> int:
     if mode is not None and lacks is not None:
         flag = f"--dashboard {options.dashboard}" if mode != "off-screen" else f"--record {options.record}"
         raise ConfigError(f"{flag}: {lacks}, or run without it")
+    _check_bridges(options)
     if options.bag is not None and (lacks_foxglove := without("foxglove")) is not None:
         raise ConfigError(f"--record {options.bag}: {lacks_foxglove}, or run without it")
     endpoint = Endpoint("127.0.0.1", options.port, _router_of(options)).claim()
@@ -123,6 +124,22 @@ def _router_of(options: Options) -> Identity | None:
     return Identity(options.secure, members.ROUTER)
 
 
+def _check_bridges(options: Options) -> None:
+    """Check that what bridges need is there.
+
+    Raises:
+        ConfigError: a library is missing, or the fleet has keys.
+    """
+    for bridge in options.bridges:
+        if (lacks := without(bridge)) is not None:
+            raise ConfigError(f"--bridge {bridge}: {lacks}")
+        if options.secure is not None:
+            raise ConfigError(
+                f"--bridge {bridge}: expected a fleet without keys, got --secure: its router serves nobody else; "
+                f"name another router with `swarm bridge {bridge}`"
+            )
+
+
 def _free_port() -> int:
     return Endpoint("127.0.0.1", 0).claim().port
 
@@ -162,7 +179,7 @@ def _watch(
             for ended in fleet.watch():
                 if ended.status or ended.then not in {EarlyEnd.FINISH, EarlyEnd.LEAVE}:
                     trouble = _tell(ended, say, reported=processes.summary_file.exists())
-                elif ended.then is EarlyEnd.LEAVE and ended.name not in {DASHBOARD.name, RECORDER.name}:
+                elif ended.then is EarlyEnd.LEAVE and ended.robots:
                     say(f"{ended.name} has left; the run goes on")
                 lost = ["lost"] if ended.then is EarlyEnd.LOSE else []
                 terminal.explain(ended.robots, ["gone", "left", *lost])

@@ -42,8 +42,9 @@ def run(
 ) -> int:
     """Show a fleet at an endpoint, and record it, until its run is over or we are told to stop.
 
-    Viewers send robots somewhere, unless they may ``read_only``. Stamps are those of the run; with ``wall_time`` those of this machine, without ``/clock``. If it is to be
-    ``announced``, the fleet sees it as a dashboard, which a launcher's world waits for.
+    Viewers send robots somewhere, unless they may ``read_only``. Stamps are those of the run; with ``wall_time`` those
+    of this machine, without ``/clock``. If it is to be ``announced``, the fleet sees it as a dashboard, which a
+    launcher's world waits for.
 
     Raises:
         ConfigError: the router does not answer, the port is in use, or the file cannot be written.

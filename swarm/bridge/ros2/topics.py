@@ -30,6 +30,14 @@ class RosTopic(NamedTuple):
     qos: Qos = Qos.DEFAULT
 
 
+class RosService(NamedTuple):
+    """A service of ROS, below the namespace of its node."""
+
+    name: str
+    type: str
+    qos: Qos = Qos.DEFAULT
+
+
 # fmt: off
 #                       name           type                                        QoS
 MAP         = RosTopic("map",         "nav_msgs/msg/OccupancyGrid",               Qos.LATCHED)
@@ -44,8 +52,9 @@ PLAN        = RosTopic("plan",        "nav_msgs/msg/Path",                      
 POSE        = RosTopic("amcl_pose",   "geometry_msgs/msg/PoseWithCovarianceStamped", Qos.LATCHED)  # as Nav2's AMCL
 BATTERY     = RosTopic("battery_state", "sensor_msgs/msg/BatteryState")
 GOAL        = RosTopic("goal_pose",   "geometry_msgs/msg/PoseStamped")
+INITIAL_POSE = RosTopic("initialpose", "geometry_msgs/msg/PoseWithCovarianceStamped")  # refused
 # fmt: on
 
 OF_FLEET: Final = (MAP, CLOCK, TF, TF_STATIC, MARKERS, DIAGNOSTICS)  # in the namespace /
 OF_ROBOT: Final = (ODOMETRY, SCAN, PLAN, POSE, BATTERY, TF, TF_STATIC)  # in the namespace of each robot
-HEARD: Final = (GOAL,)  # in the namespace of each robot
+HEARD: Final = (GOAL, INITIAL_POSE)  # in the namespace of each robot

@@ -7,7 +7,7 @@ from swarm.cli.finding import of_a_client, place
 from swarm.cli.parsing import Commands, Parser
 from swarm.errors import ConfigError
 from swarm.installed import without
-from swarm.secure.names import OPERATOR, WATCHER
+from swarm.secure.names import BRIDGE, WATCHER
 
 HOST = "127.0.0.1"
 PORT = 8765  # at which viewers look
@@ -22,7 +22,7 @@ def bridge(options: argparse.Namespace) -> int:
     from swarm.bridge.foxglove.process import run
     from swarm.bus import Endpoint
 
-    router, fleet = place(options, WATCHER if options.read_only else OPERATOR)
+    router, fleet = place(options, WATCHER if options.read_only else BRIDGE)
     serve = Endpoint(options.bind, options.port)
     if not serve.local:
         steers = "" if options.read_only else " and can steer it"

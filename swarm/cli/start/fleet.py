@@ -67,6 +67,7 @@ def _launched(options: argparse.Namespace, source: "Source") -> int:
             fleet=options.fleet,
             secure=options.secure,
             outside=options.body,
+            bridges=options.bridge,
             quiet=options.quiet,
             delay=None if options.delay is None else Delay.parse(options.delay),
         )
@@ -243,6 +244,8 @@ def _of_a_launch(parser: Parser) -> None:
     _of_a_run(parser)
     text = "robots that share a process, 1 by default; if one of them fails, all of them are started again"
     parser.add_argument("--robots-per-process", type=int, default=1, metavar="K", help=text)
+    text = "show the fleet to other software, too: what `swarm bridge` of that name does, on the fleet's own router"
+    parser.add_argument("--bridge", choices=("ros2",), action="append", default=[], help=text)
     parser.add_argument("--quiet", action="store_true", help="print only addresses, trouble and the summary")
     parser.add_argument("--rules", metavar="ROBOT", help="robot whose fired rules are shown; by default the first")
     text = "save the run: FILE.swarm, its tape, for `swarm replay`; FILE.mcap, a bag of ROS 2; FILE.rrd, as it is drawn"

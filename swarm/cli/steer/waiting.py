@@ -75,8 +75,7 @@ def follow(bus: "Bus", errand: Errand) -> int:
                     (worlds.add if alive else worlds.discard)(session)
             seen = monotonic() if worlds else seen
             if monotonic() - seen > AWAY:
-                print(f"{errand.name} is not done: the fleet has had no world for {AWAY:g} s", flush=True)
-                return 1
+                end = errand.alone(AWAY)
     robot = errand.robot
     stands = f"{errand.name} stands; `swarm status {robot}` shows it, `swarm cancel {robot}` drops it"
     print(stands if end is None else end.text, flush=True)

@@ -70,9 +70,20 @@ RECORDER: Final  = Role("recorder",  "swarm.bridge.foxglove.process:record", LEA
                         again=to_another_file)
 BOX: Final       = Role("box",       "dashboard.box.process:run",      RESTART,    REPORT,     RESTART,  REPORT,
                         again=without_window)
+ROS2: Final      = Role("ros2",      "swarm.bridge.ros2.process:run",  LEAVE,      REPORT,     RESTART,  REPORT)
 # fmt: on
 
 CRASHED: Final = 70  # exit status of a process that ended with a traceback (EX_SOFTWARE of sysexits.h)
-STOP_ORDER: Final = (WORLD, DASHBOARD, RECORDER, BOX, ROBOT, PROXY, ROUTER)  # the world first: it writes the report
+BRIDGES: Final = (ROS2,)  # that the launcher starts for `--bridge`, by their names
+STOP_ORDER: Final = (
+    WORLD,
+    DASHBOARD,
+    RECORDER,
+    BOX,
+    *BRIDGES,
+    ROBOT,
+    PROXY,
+    ROUTER,
+)  # the world first: it writes the report
 RESTARTS: Final = 3  # most restarts of one process within WITHIN
 WITHIN: Final = 60.0  # s

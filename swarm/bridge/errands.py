@@ -1,0 +1,57 @@
+"""The orders of one bridge that are under way, of any number of robots; each of them ends once. Pure."""
+
+from collections.abc import Callable, Iterable, Iterator
+from functools import partial
+
+from swarm.bridge.errand import End, Errand
+from swarm.messages import Message
+
+
+class Errands:
+    """The errands that have not ended yet. Whoever takes messages in for it asks the world when it ``asks``."""
+
+    def __init__(self) -> None:
+        self._open: list[Errand] = []
+        self._doubts = False
+
+    def __iter__(self) -> Iterator[Errand]:
+        return iter(tuple(self._open))
+
+    def __len__(self) -> int:
+        return len(self._open)
+
+    def add(self, errand: Errand) -> None:
+        """Follow one more; what was said before it was added is asked for."""
+        self._open.append(errand)
+        self._doubts = True
+
+    def doubt(self) -> None:
+        """Ask the world about all of them: messages may have been lost."""
+        self._doubts = True
+
+    @property
+    def asks(self) -> bool:
+        """True if the world has to be asked for its clock, its status and its last events."""
+        return bool(self._open) and (self._doubts or any(errand.asks for errand in self._open))
+
+    def take(self, messages: Iterable[Message]) -> list[tuple[Errand, End]]:
+        """Take in messages as they came; return the errands that have ended by them."""
+        return [ended for message in messages for ended in self._ended(partial(Errand.take, message=message))]
+
+    def told(self, messages: Iterable[Message]) -> list[tuple[Errand, End]]:
+        """Take in what the world has answered; return the errands that have ended, by that or without a word."""
+        self._doubts = False
+        asked = {id(errand) for errand in self._open if errand.asks}
+        for errand in self._open:
+            errand.asks = False
+        return [*self.take(messages), *self._ended(lambda one: one.past() if id(one) in asked else None)]
+
+    def alone(self, silence: float) -> list[tuple[Errand, End]]:
+        """Return the end of all errands: the fleet has had no world for so long [s]."""
+        return self._ended(lambda one: one.alone(silence))
+
+    def _ended(self, end_of: Callable[[Errand], End | None]) -> list[tuple[Errand, End]]:
+        """Return the errands that have an end, and follow them no longer."""
+        ends = [(errand, end) for errand in self._open if (end := end_of(errand)) is not None]
+        self._open = [errand for errand in self._open if all(errand is not one for one, _ in ends)]
+        return ends

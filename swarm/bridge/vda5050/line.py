@@ -1,0 +1,216 @@
+"""One connection to a broker of MQTT 3.1.1, with a last will. Nothing else in this project imports paho.
+
+Each connection has a thread of paho's, which connects again for as long as it takes. Its callbacks only put what
+happens into the inbox that all connections share.
+"""
+
+import ssl
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from queue import Empty, Full, Queue
+from typing import Any, Final, NamedTuple
+
+import paho.mqtt.client as paho
+from paho.mqtt.enums import CallbackAPIVersion
+
+from swarm.errors import ConfigError
+
+KEEP_ALIVE: Final = 15  # s, as section 6.2 of VDA 5050 recommends
+PATIENCE: Final = 5.0  # s, for a connection, and for its last words
+AGAIN: Final = (1, 8)  # s, between two tries to connect, at first and at most
+MOST: Final = 2000  # messages that wait in the inbox; more are dropped and counted
+
+
+class Up(NamedTuple):
+    """A connection is there, or there again."""
+
+    name: str
+
+
+class Down(NamedTuple):
+    """A connection is not there: it was refused, or is gone."""
+
+    name: str
+    why: str
+
+
+class Heard(NamedTuple):
+    """A message has come on a connection."""
+
+    name: str
+    topic: str
+    payload: bytes
+
+
+class Broker(NamedTuple):
+    """Where a broker is, and who we are there."""
+
+    host: str
+    port: int
+    user: str | None = None
+    password: str | None = None
+    tls: ssl.SSLContext | None = None
+
+    def __str__(self) -> str:
+        """Return its place."""
+        return f"{self.host}:{self.port}"
+
+
+class Inbox:
+    """What has happened on all connections, in order."""
+
+    def __init__(self) -> None:
+        self._queue: Queue[Up | Down | Heard] = Queue(MOST)
+        self._overflowed = 0
+
+    def put(self, item: Up | Down | Heard) -> None:
+        """Add an item; drop and count it if there is no room. Any thread may call it."""
+        try:
+            self._queue.put_nowait(item)
+        except Full:
+            self._overflowed += 1
+
+    def take(self) -> list[Up | Down | Heard]:
+        """Return what has come since the last call."""
+        found: list[Up | Down | Heard] = []
+        with suppress(Empty):
+            while len(found) < MOST:
+                found.append(self._queue.get_nowait())
+        return found
+
+    def dropped(self) -> int:
+        """Return how many items were dropped since the last call."""
+        count, self._overflowed = self._overflowed, 0
+        return count
+
+
+def context(authority: Path | None, certificate: Path | None, key: Path | None) -> ssl.SSLContext:
+    """Return the settings of TLS: whom we trust (None: whom this machine trusts), and who we are.
+
+    Raises:
+        ConfigError: one of the files is missing, or is not what it should be.
+    """
+    try:
+        made = ssl.create_default_context(cafile=authority)
+    except (OSError, ssl.SSLError) as fault:
+        raise ConfigError(f"--tls-ca {authority}: expected certificates in PEM, got: {_plain(fault)}") from None
+    if certificate is not None:
+        try:
+            made.load_cert_chain(certificate, key, password="")
+        except (OSError, ssl.SSLError) as fault:
+            what = f"--tls-cert {certificate} --tls-key {key}"
+            raise ConfigError(
+                f"{what}: expected a certificate and its key in PEM, without a passphrase, got: {_plain(fault)}"
+            ) from None
+    return made
+
+
+class Line:
+    """One connection, made in the background; use ``end`` or ``close`` on each."""
+
+    def __init__(
+        self,
+        broker: Broker,
+        name: str,
+        inbox: Inbox,
+        hears: tuple[str, ...] = (),
+        will: tuple[str, bytes] | None = None,
+    ) -> None:
+        self._name, self._inbox, self._hears = name, inbox, hears
+        self._client = _client(broker)
+        self._client.reconnect_delay_set(*AGAIN)
+        if will is not None:
+            self._client.will_set(*will, qos=1, retain=True)
+        self._client.on_connect = self._on_connect
+        self._client.on_connect_fail = self._on_connect_fail
+        self._client.on_disconnect = self._on_disconnect
+        self._client.on_message = self._on_message
+        self._client.connect_async(broker.host, broker.port, KEEP_ALIVE)
+        self._client.loop_start()
+
+    def say(self, topic: str, payload: bytes, *, sure: bool = False, kept: bool = False) -> None:
+        """Publish a message: at most once, or at least once if it must be ``sure``; the broker keeps it if asked."""
+        self._client.publish(topic, payload, qos=1 if sure else 0, retain=kept)
+
+    def end(self, topic: str, payload: bytes) -> Callable[[], None]:
+        """Say a last message that the broker keeps, and begin to close; return what waits for the end."""
+        last = self._client.publish(topic, payload, qos=1, retain=True)
+
+        def wait() -> None:
+            with suppress(ValueError, RuntimeError):  # it was not sent: nobody is connected
+                last.wait_for_publish(PATIENCE)
+            self.close()
+
+        return wait
+
+    def close(self) -> None:
+        """Close the connection as a client should: the broker does not publish the will."""
+        self._client.disconnect()
+        self._client.loop_stop()
+
+    def _on_connect(self, client: paho.Client, _: Any, __: Any, code: Any, ___: Any) -> None:  # noqa: ANN401, paho's
+        if code.is_failure:
+            self._inbox.put(Down(self._name, f"refused: {code}"))
+            return
+        for topic in self._hears:
+            client.subscribe(topic, 0)
+        self._inbox.put(Up(self._name))
+
+    def _on_connect_fail(self, *_: object) -> None:
+        self._inbox.put(Down(self._name, "no connection"))
+
+    def _on_disconnect(self, _: Any, __: Any, ___: Any, code: Any, ____: Any) -> None:  # noqa: ANN401, paho's
+        self._inbox.put(Down(self._name, str(code)))
+
+    def _on_message(self, _: Any, __: Any, message: paho.MQTTMessage) -> None:  # noqa: ANN401, paho's
+        self._inbox.put(Heard(self._name, message.topic, bytes(message.payload)))
+
+
+def check(broker: Broker) -> None:
+    """Connect once, and close again.
+
+    Raises:
+        ConfigError: there is no broker, it cannot be trusted, or it refuses us.
+    """
+    client = _client(broker)
+    told: Queue[Any] = Queue()
+    client.on_connect = lambda _, __, ___, code, ____: told.put(code)
+    client.on_disconnect = lambda _, __, ___, code, ____: told.put(code)
+    expected = f"--broker {broker}: expected a broker of MQTT"
+    try:
+        client.connect(broker.host, broker.port, KEEP_ALIVE)
+    except (OSError, ValueError) as fault:  # ssl.SSLError is an OSError
+        advice = "see --tls-ca" if isinstance(fault, ssl.SSLError) else "start it, or name another one"
+        raise ConfigError(f"{expected}, got: {_plain(fault)}; {advice}") from None
+    client.loop_start()
+    try:
+        code = told.get(timeout=PATIENCE)
+    except Empty:
+        raise ConfigError(
+            f"{expected}, got no answer within {PATIENCE:g} s; is it one, and with TLS or without?"
+        ) from None
+    finally:
+        client.disconnect()
+        client.loop_stop()
+    if code.is_failure:
+        raise ConfigError(f"{expected} that lets us in, got: {code}; see --user, --password-file and --tls-ca")
+
+
+def _client(broker: Broker) -> paho.Client:
+    client = paho.Client(CallbackAPIVersion.VERSION2)
+    client.connect_timeout = PATIENCE
+    if broker.user is not None:
+        client.username_pw_set(broker.user, broker.password)
+    if broker.tls is not None:
+        client.tls_set_context(broker.tls)
+    return client
+
+
+def _plain(fault: Exception) -> str:
+    """Return what went wrong, without numbers of system calls and of lines in C."""
+    if isinstance(fault, ssl.SSLCertVerificationError):
+        return fault.verify_message
+    if isinstance(fault, ssl.SSLError):
+        return (fault.reason or str(fault)).replace("_", " ").lower()
+    return (fault.strerror if isinstance(fault, OSError) else None) or str(fault)

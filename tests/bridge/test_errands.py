@@ -1,0 +1,87 @@
+"""Several orders of several robots at once: each ends once, and the world is asked when it has to be."""
+
+from msgspec.structs import replace
+
+from swarm.bridge.errand import Errand, How
+from swarm.bridge.errands import Errands
+from swarm.messages import Activity, Event, Message, Order, Phase, Status
+from tests.messages.made import clock, event, state
+
+
+def errand(robot: str, number: int) -> Errand:
+    return Errand(robot, Order(id=f"of-{robot}", targets=[(1.0, 2.0)]), number, run=1)
+
+
+def followed(*open_: Errand) -> Errands:
+    """Return errands about which the world has been asked."""
+    errands = Errands()
+    for one in open_:
+        errands.add(one)
+    assert errands.told([]) == []
+    return errands
+
+
+def ends(errands: Errands, *messages: Message) -> list[tuple[str, How]]:
+    return [(one.robot, end.how) for one, end in errands.take(messages)]
+
+
+def superseded(robot: str, number: int) -> Event:
+    text = f"order x (number {number}): 1 left; superseded by order y (number {number + 1})"
+    return replace(event(20), robot=robot, kind="superseded", text=text)
+
+
+def status(world: str) -> Status:
+    return Status(
+        scenario="s", run=1, tick=20, time=1.0, phase=Phase.RUNNING, complete=False, reason="", edits=0, robots=[],
+        events=[], world=world,
+    )  # fmt: skip
+
+
+def test_each_ends_by_what_is_said_of_it_and_once() -> None:
+    errands = followed(errand("a", 1), errand("b", 2))
+    assert ends(errands, superseded("b", 1), superseded("b", 2), superseded("b", 2)) == [("b", How.REPLACED)]
+    assert [one.robot for one in errands] == ["a"]
+    assert ends(errands, clock(run=2), clock(run=3)) == [("a", How.AGAIN)]
+    assert len(errands) == 0
+
+
+def test_the_world_is_asked_about_a_new_one_and_after_a_doubt_and_when_a_robot_has_nothing_left() -> None:
+    errands = Errands()
+    errands.doubt()
+    assert not errands.asks, "there is none"
+    errands.add(errand("a", 1))
+    assert errands.asks
+    assert errands.told([]) == []
+    assert not errands.asks
+    errands.doubt()
+    assert errands.asks
+    errands.told([])
+    done = state(20, assignment=1, reached=[True], activity=Activity.DONE)
+    assert ends(errands, done) == []
+    assert errands.asks
+    assert errands.told([]) == [], "the world has not measured it yet"
+    assert ends(errands, state(30, assignment=2)) == []
+    assert [(one.robot, end.how) for one, end in errands.told([])] == [("a", How.DONE)], "nothing has replaced it"
+
+
+def test_a_robot_that_has_another_order_is_not_taken_as_done_before_the_world_is_asked() -> None:
+    errands = followed(errand("a", 1))
+    assert ends(errands, state(30, assignment=2)) == []
+    ended = errands.told([superseded("a", 1)])
+    assert [end.how for _, end in ended] == [How.REPLACED]
+
+
+def test_another_world_of_the_same_name_does_not_have_it() -> None:
+    errands = followed(errand("a", 1))
+    assert ends(errands, status("w1"), status("w1")) == []
+    assert ends(errands, status("w2")) == [("a", How.AGAIN)]
+
+
+def test_without_a_world_all_end() -> None:
+    errands = followed(errand("a", 1), errand("b", 2))
+    ended = errands.alone(30.0)
+    assert [end.text for _, end in ended] == [
+        "a: order of-a is not done: the fleet has had no world for 30 s",
+        "b: order of-b is not done: the fleet has had no world for 30 s",
+    ]
+    assert len(errands) == 0
