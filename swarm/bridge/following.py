@@ -83,3 +83,6 @@ class Follower:
             if topic in self._topics:
                 for message in self._bus.fetch(topic, timeout=ANSWER):
                     self.fold.take(message)
+        if STATUS in self._topics:
+            told = self._bus.fetch(STATUS, timeout=ANSWER)
+            self.errands.take(told)  # whose world this is
