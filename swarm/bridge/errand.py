@@ -37,7 +37,7 @@ class Errand:
         self.robot, self.number, self.run = robot, number, run
         self.name = f"{robot}: order {shortened(order.id)}"
         self._home = order.home
-        self._world: str | None = None  # identity of the world that has it; None: not told yet
+        self.world: str | None = None  # identity of the world that has it; None: not told yet
         self.state: State | None = None  # the last of its robot
         self.phase, self.heard = Phase.RUNNING, Liveness.ALIVE
         self.asks = False  # the robot says that it has no target of this order left: the world has to be asked
@@ -67,10 +67,10 @@ class Errand:
                     return self._not_done(How(message.kind), message.text.split("): ", 1)[1])
             case Clock():
                 return self._hear(message)
-            case Status(world=world) if world != (self._world or world):  # of the same name, and perhaps run number
+            case Status(world=world) if world != (self.world or world):  # of the same name, and perhaps run number
                 return self._not_done(How.AGAIN, "the fleet was started again, without it")
             case Status(run=self.run):
-                self._world = message.world
+                self.world = message.world
                 return self._look(message)
         return None
 

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 
 from swarm.bridge.errand import End, Errand
-from swarm.messages import Message
+from swarm.messages import Message, Status
 
 
 class Errands:
@@ -13,6 +13,7 @@ class Errands:
     def __init__(self) -> None:
         self._open: list[Errand] = []
         self._doubts = False
+        self._world: str | None = None  # identity of the last one that was heard of
 
     def __iter__(self) -> Iterator[Errand]:
         return iter(tuple(self._open))
@@ -21,9 +22,9 @@ class Errands:
         return len(self._open)
 
     def add(self, errand: Errand) -> None:
-        """Follow one more; what was said before it was added is asked for."""
+        """Follow one more, before any message is taken in that was sent after the order was accepted."""
+        errand.world = self._world
         self._open.append(errand)
-        self._doubts = True
 
     def doubt(self) -> None:
         """Ask the world about all of them: messages may have been lost."""
@@ -36,7 +37,12 @@ class Errands:
 
     def take(self, messages: Iterable[Message]) -> list[tuple[Errand, End]]:
         """Take in messages as they came; return the errands that have ended by them."""
-        return [ended for message in messages for ended in self._ended(partial(Errand.take, message=message))]
+        ended = []
+        for message in messages:
+            ended += self._ended(partial(Errand.take, message=message))
+            if isinstance(message, Status):
+                self._world = message.world
+        return ended
 
     def told(self, messages: Iterable[Message]) -> list[tuple[Errand, End]]:
         """Take in what the world has answered; return the errands that have ended, by that or without a word."""

@@ -69,17 +69,22 @@ class Follower:
             arrived = self._bus.receive(0.0) if room else None
         self._seen = monotonic() if self._worlds else self._seen
         ended = self.errands.take(messages)
-        if self.errands.asks and self._worlds:
-            ended += self.errands.told(self._asked())
+        if self.errands.asks and self._worlds and (answers := self._asked()):
+            ended += self.errands.told(answers)
         return [*ended, *self.errands.alone(AWAY)] if self.alone else ended
 
     def _asked(self) -> list[Message]:
-        """Ask the world for all that the end of an order can be seen from."""
-        events = [event for one in self._bus.fetch(EVENTS, timeout=ANSWER) for event in one.events]
-        return [*self._bus.fetch(STATUS, timeout=ANSWER), *events, *self._bus.fetch(CLOCK, timeout=ANSWER)]
+        """Ask the world for all that the end of an order can be seen from; return nothing if it does not answer all."""
+        status, events = self._bus.fetch(STATUS, timeout=ANSWER), self._bus.fetch(EVENTS, timeout=ANSWER)
+        if not status or not events:
+            return []
+        return [*status, *(event for one in events for event in one.events), *self._bus.fetch(CLOCK, timeout=ANSWER)]
 
     def _catch_up(self) -> None:
         for topic in KEPT:
             if topic in self._topics:
                 for message in self._bus.fetch(topic, timeout=ANSWER):
                     self.fold.take(message)
+        if STATUS in self._topics:
+            told = self._bus.fetch(STATUS, timeout=ANSWER)
+            self.errands.take(told)  # whose world this is

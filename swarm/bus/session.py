@@ -114,7 +114,7 @@ class Bus:
         key = self._prefix + topic.key.format(**ids)
         if key not in self._publishers:
             self._publishers[key] = self._session.declare_publisher(key)
-        return bool(self._publishers[key].matching_status)
+        return bool(self._publishers[key].matching_status.matching)
 
     def ask(
         self,

@@ -45,13 +45,12 @@ def test_each_ends_by_what_is_said_of_it_and_once() -> None:
     assert len(errands) == 0
 
 
-def test_the_world_is_asked_about_a_new_one_and_after_a_doubt_and_when_a_robot_has_nothing_left() -> None:
+def test_the_world_is_asked_after_a_doubt_and_when_a_robot_has_nothing_left() -> None:
     errands = Errands()
     errands.doubt()
     assert not errands.asks, "there is none"
+    errands.told([])
     errands.add(errand("a", 1))
-    assert errands.asks
-    assert errands.told([]) == []
     assert not errands.asks
     errands.doubt()
     assert errands.asks
@@ -75,6 +74,15 @@ def test_another_world_of_the_same_name_does_not_have_it() -> None:
     errands = followed(errand("a", 1))
     assert ends(errands, status("w1"), status("w1")) == []
     assert ends(errands, status("w2")) == [("a", How.AGAIN)]
+
+
+def test_a_new_one_is_of_the_world_that_was_heard_of_before() -> None:
+    errands = Errands()
+    assert ends(errands, status("w1")) == []
+    errands.add(errand("a", 1))
+    assert ends(errands, status("w2")) == [("a", How.AGAIN)]
+    errands.add(errand("a", 2))
+    assert ends(errands, status("w2")) == []
 
 
 def test_without_a_world_all_end() -> None:

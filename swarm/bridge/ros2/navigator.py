@@ -140,7 +140,6 @@ class Navigator:
             goal.status = GoalStatus.CANCELING
         request.answer(return_code=code, goals_canceling=[goal_info(self._ros, goal) for goal in goals])
         if goals:
-            self._errands.doubt()
             self._tell_status(action)
 
     def _answer_with_result(self, action: Action, request: Request) -> None:

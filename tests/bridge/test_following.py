@@ -1,0 +1,44 @@
+"""What a bridge hears of its orders over the wire; the test is the world."""
+
+import pytest
+from msgspec.structs import replace
+
+from swarm.bridge.errand import Errand, How
+from swarm.bridge.following import LISTEN, ORDERED, Follower
+from swarm.messages import CLOCK, EVENTS, MAP, STATE, STATUS, Event, Events, Map, Order, Phase, Status
+from tests.conftest import MakeBus
+from tests.messages.made import clock, event, state
+from tests.shared import scenario_of
+
+pytestmark = pytest.mark.processes
+SETTINGS, PACKED = scenario_of().to_wire()
+STATUS_NOW = Status(
+    scenario="s", run=1, tick=20, time=1.0, phase=Phase.RUNNING, complete=False, reason="", edits=0, robots=[],
+    events=[], world="w",
+)  # fmt: skip
+
+
+def superseded() -> Event:
+    text = "order x (number 1): 1 left; superseded by order y (number 2)"
+    return replace(event(20), robot="a", kind="superseded", text=text)
+
+
+def test_an_order_of_which_the_world_does_not_answer_yet_is_not_taken_as_done(make_bus: MakeBus) -> None:
+    world, bus = make_bus(), make_bus()
+    world.announce("world", "world")
+    world.keep(CLOCK, lambda: {CLOCK.key: clock()})
+    world.keep(MAP, lambda: {MAP.key: Map(packed=PACKED, scenario=SETTINGS)})
+    world.keep(STATUS, lambda: {STATUS.key: STATUS_NOW})
+    follower = Follower(bus, print, (*LISTEN, *ORDERED))
+    errand = Errand("a", Order(id="x", targets=[(1.0, 2.0)]), 1, run=1)
+    follower.errands.add(errand)
+    while not errand.replaced:  # it has another order: either it was done before, or that has replaced it
+        world.send(STATE, state(20, assignment=2), robot="a")
+        assert follower.take_in() == []
+    assert follower.take_in() == []
+    world.keep(EVENTS, lambda: {EVENTS.key: Events(events=[superseded()])})
+    ended = follower.take_in()
+    while not ended:
+        ended = follower.take_in()
+    assert [(one, end.how) for one, end in ended] == [(errand, How.REPLACED)]
+    assert not follower.alone
