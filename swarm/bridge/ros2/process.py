@@ -29,7 +29,7 @@ from swarm.stopping import told_to_stop
 
 HEED: Final = 0.01  # s between two looks at what ROS asks of robots: each costs a call for each topic and service
 ATTEND: Final = 0.1  # s between two looks at what it asks of nodes
-FEW: Final = 16  # robots; of more, it is looked more rarely, so that all looks cost the same
+FEW: Final = 8  # robots; of more, it is looked more rarely, so that all looks cost the same
 
 
 def run(
