@@ -34,7 +34,7 @@ from world.simulate import Tick
 ROS2, FOXGLOVE = "ROS 2", "Foxglove"
 BARS: Final = {ROS2: 15, FOXGLOVE: 10}  # % of a core
 PROTOCOL: Final = Subprotocol("foxglove.sdk.v1")
-STARTS: Final = 2.0  # s more for a bridge and who listens to it
+STARTS: Final = 6.0  # s more for a bridge and who listens to it: in ROS each robot has many nodes and services
 
 Sent = tuple[Topic[Any], Message, dict[str, Any]]
 

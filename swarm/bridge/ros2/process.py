@@ -29,6 +29,7 @@ from swarm.stopping import told_to_stop
 
 HEED: Final = 0.01  # s between two looks at what ROS asks of robots: each costs a call for each topic and service
 ATTEND: Final = 0.1  # s between two looks at what it asks of nodes
+FEW: Final = 8  # robots; of more, it is looked more rarely, so that all looks cost the same
 
 
 def run(
@@ -102,12 +103,12 @@ class Bridge:
                     self._navigators[errand.robot].end(errand, end)
             self._show_robots()
             self._speak()
-            now = monotonic()
+            now, many = monotonic(), max(1.0, len(self._navigators) / FEW)
             if now >= self._heed_at:
-                self._heed_at = now + HEED
+                self._heed_at = now + HEED * many
                 self._heed()
             if now >= self._attend_at:
-                self._attend_at = now + ATTEND
+                self._attend_at = now + ATTEND * many
                 self._attend()
             self._ledger.flush()
         for one in self._navigators.values():

@@ -7,6 +7,7 @@ Kilted 0.6.0. Before these versions an attachment had another form. And what fre
 import struct
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import lru_cache
 from typing import Final
 
 from xxhash import xxh3_128_intdigest
@@ -77,8 +78,7 @@ class RosEndpoint:
     @property
     def gid(self) -> bytes:
         """Its global id: XXH3-128 of the token's key, the low half first, each half little-endian."""
-        digest: int = xxh3_128_intdigest((self.token or self.key).encode())
-        return digest.to_bytes(GID_LENGTH, "little")
+        return gid_of(self.token or self.key)
 
     def attached(self, number: int, sent: int) -> bytes | None:
         """Return what is attached to a message of it: see ``attachment``; None: nothing."""
@@ -97,6 +97,13 @@ class RosEndpoint:
             raise PeerError(f"expected an attachment of {ATTACHED.size} bytes, as rmw_zenoh's, got {came}")
         number, _, _, gid = ATTACHED.unpack(request)
         return attachment(number, sent, gid)
+
+
+@lru_cache(maxsize=4096)
+def gid_of(name: str) -> bytes:
+    """Return the global id of what a name announces; every message of a publisher has it."""
+    digest: int = xxh3_128_intdigest(name.encode())
+    return digest.to_bytes(GID_LENGTH, "little")
 
 
 def attachment(number: int, sent: int, gid: bytes) -> bytes:
