@@ -26,7 +26,6 @@ from swarm.errors import ConfigError
 
 EVERY: Final = 2.0  # s between two chunks, which is most that a killed process loses
 MAGIC: Final = b"\x89MCAP0\r\n"
-# records are an opcode, a length and the content: DataEnd with no checksum, a Footer that knows no summary
 # records are an opcode, a length and the content: a DataEnd without checksum, and a Footer that knows no summary
 FOOT: Final = struct.pack("<BQQQI", 0x02, 20, 0, 0, 0) + MAGIC
 END: Final = struct.pack("<BQI", 0x0F, 4, 0) + FOOT

@@ -68,9 +68,10 @@ class Listener(ServerListener):
 class Live:
     """The server. Use it in a ``with``."""
 
-    def __init__(self, endpoint: Endpoint, name: str, ros: Types, limit: int) -> None:
-        """Offer a fleet's ``name`` at an endpoint; take payloads of at most ``limit`` bytes."""
+    def __init__(self, endpoint: Endpoint, name: str, ros: Types, limit: int, *, read_only: bool = False) -> None:
+        """Offer a fleet's ``name`` at an endpoint; take payloads of at most ``limit`` bytes, none if ``read_only``."""
         self._endpoint, self._name = endpoint, name
+        self._capabilities = [Capability.Time] if read_only else [Capability.Time, Capability.ClientPublish]
         self._context = foxglove.Context()
         self._channels = Channels(ros, self._context)
         self._listener = Listener(limit)
@@ -81,7 +82,7 @@ class Live:
         try:
             self._server = foxglove.start_server(
                 name=self._name, host=self._endpoint.host, port=self._endpoint.port, context=self._context,
-                capabilities=[Capability.ClientPublish, Capability.Time], server_listener=self._listener,
+                capabilities=self._capabilities, server_listener=self._listener,
                 supported_encodings=list(ENCODINGS), message_backlog_size=BACKLOG,
             )  # fmt: skip
         except RuntimeError as fault:

@@ -35,14 +35,16 @@ def run(
     *,
     serve: Endpoint | None,
     record: Path | None = None,
+    read_only: bool = False,
     wall_time: bool = False,
     announced: bool = False,
     log: Callable[[str], None] = print,
 ) -> int:
     """Show a fleet at an endpoint, and record it, until its run is over or we are told to stop.
 
-    Stamps are those of the run; with ``wall_time`` those of this machine, without ``/clock``. If it is to be
-    ``announced``, the fleet sees it as a dashboard, which a launcher's world waits for.
+    Viewers send robots somewhere, unless they may ``read_only``. Stamps are those of the run; with ``wall_time`` those
+    of this machine, without ``/clock``. If it is to be ``announced``, the fleet sees it as a dashboard, which a
+    launcher's world waits for.
 
     Raises:
         ConfigError: the router does not answer, the port is in use, or the file cannot be written.
@@ -52,7 +54,9 @@ def run(
     with told_to_stop() as stop, ExitStack() as closing:
         bag = None if record is None else closing.enter_context(Bag(record, ros))
         bus = closing.enter_context(Bus(endpoint, fleet, log))
-        live = None if place is None else closing.enter_context(Live(place, fleet, ros, GOAL_LIMIT))
+        live = (
+            None if place is None else closing.enter_context(Live(place, fleet, ros, GOAL_LIMIT, read_only=read_only))
+        )
         if live is not None:
             log(f"fleet {fleet} is at {live.url} for Foxglove")
         if record is not None:

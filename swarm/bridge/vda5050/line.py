@@ -5,10 +5,11 @@ happens into the inbox that all connections share.
 """
 
 import ssl
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 from pathlib import Path
 from queue import Empty, Full, Queue
+from time import monotonic
 from typing import Any, Final, NamedTuple
 
 import paho.mqtt.client as paho
@@ -17,7 +18,8 @@ from paho.mqtt.enums import CallbackAPIVersion
 from swarm.errors import ConfigError
 
 KEEP_ALIVE: Final = 15  # s, as section 6.2 of VDA 5050 recommends
-PATIENCE: Final = 5.0  # s, for a connection, and for its last words
+PATIENCE: Final = 5.0  # s, for a connection
+FAREWELL: Final = 2.0  # s, for the last words of all
 AGAIN: Final = (1, 8)  # s, between two tries to connect, at first and at most
 MOST: Final = 2000  # messages that wait in the inbox; more are dropped and counted
 
@@ -107,7 +109,7 @@ def context(authority: Path | None, certificate: Path | None, key: Path | None) 
 
 
 class Line:
-    """One connection, made in the background; use ``end`` or ``close`` on each."""
+    """One connection, made in the background; ``end`` closes it."""
 
     def __init__(
         self,
@@ -133,20 +135,22 @@ class Line:
         """Publish a message: at most once, or at least once if it must be ``sure``; the broker keeps it if asked."""
         self._client.publish(topic, payload, qos=1 if sure else 0, retain=kept)
 
-    def end(self, topic: str, payload: bytes) -> Callable[[], None]:
-        """Say a last message that the broker keeps, and begin to close; return what waits for the end."""
+    def take_leave(self, topic: str, payload: bytes) -> Callable[[float], None]:
+        """Say a last message that the broker keeps; return what waits so long [s] until it is said."""
         last = self._client.publish(topic, payload, qos=1, retain=True)
 
-        def wait() -> None:
-            with suppress(ValueError, RuntimeError):  # it was not sent: nobody is connected
-                last.wait_for_publish(PATIENCE)
-            self.close()
+        def wait(patience: float) -> None:
+            with suppress(ValueError, RuntimeError):  # nobody is connected
+                last.wait_for_publish(patience)
 
         return wait
 
-    def close(self) -> None:
-        """Close the connection as a client should: the broker does not publish the will."""
+    def disconnect(self) -> None:
+        """Begin to close the connection, as a client should: the broker does not publish the will."""
         self._client.disconnect()
+
+    def join(self) -> None:
+        """Wait until the connection is closed."""
         self._client.loop_stop()
 
     def _on_connect(self, client: paho.Client, _: Any, __: Any, code: Any, ___: Any) -> None:  # noqa: ANN401, paho's
@@ -165,6 +169,18 @@ class Line:
 
     def _on_message(self, _: Any, __: Any, message: paho.MQTTMessage) -> None:  # noqa: ANN401, paho's
         self._inbox.put(Heard(self._name, message.topic, bytes(message.payload)))
+
+
+def end(farewells: Iterable[tuple[Line, str, bytes]]) -> None:
+    """Say a last message on each connection (topic, payload), and close all; no broker that is stuck is waited for."""
+    said = [(line, line.take_leave(topic, payload)) for line, topic, payload in farewells]
+    until = monotonic() + FAREWELL
+    for _, wait in said:
+        wait(max(0.0, until - monotonic()))
+    for line, _ in said:
+        line.disconnect()
+    for line, _ in said:
+        line.join()
 
 
 def check(broker: Broker) -> None:

@@ -1,6 +1,6 @@
 """The process of the bridge: a connection for each robot, orders of a master in, states out, until the run is over."""
 
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Callable
 from datetime import UTC, datetime
 from time import monotonic
@@ -12,7 +12,7 @@ from msgspec.structs import replace
 from swarm.bridge.following import ORDERED, Follower
 from swarm.bridge.vda5050 import messages as vda
 from swarm.bridge.vda5050.factsheet import factsheet
-from swarm.bridge.vda5050.line import Broker, Down, Heard, Inbox, Line, Up, check
+from swarm.bridge.vda5050.line import Broker, Down, Heard, Inbox, Line, Up, check, end
 from swarm.bridge.vda5050.vehicle import Ask, Vehicle
 from swarm.bus import Bus, Endpoint
 from swarm.bus.losses import Ledger
@@ -23,7 +23,8 @@ from swarm.stopping import told_to_stop
 ANSWER: Final = 2.0  # s to wait for the world's answer to a request; meanwhile nothing goes out
 LOOK: Final = 0.2  # s, the shortest time between two states of a vehicle, unless a master has said something
 AT_LEAST: Final = 1.0  # s between two states; the standard asks for 30, but who comes late would wait for so long
-HEARD: Final = ("order", "instantActions")
+HEARD: Final = ("order", "instantActions", "connection")  # the last one, to see if somebody else has our name
+KEPT: Final = 8  # of our own messages on that topic
 
 
 class Names(NamedTuple):
@@ -49,17 +50,29 @@ class Seat:
         self.line = Line(broker, robot, inbox, tuple(self._topic(topic) for topic in HEARD), will)
         self.up = False
         self.clock: tuple[Clock | None, bool] = None, False  # the last one that the vehicle was told, and if alone
+        self._own = deque([will[1]], maxlen=KEPT)  # what it has said on the topic `connection`
         self.told: vda.State | None = None  # without what changes all the time
         self.told_at = self.shown_at = float("-inf")  # s
 
     def say(self, topic: str, body: vda.Body, *, sure: bool = False, kept: bool = False) -> None:
         """Publish a message, if there is a connection."""
         if self.up:
-            self.line.say(self._topic(topic), self._packed(topic, body), sure=sure, kept=kept)
+            packed = self._packed(topic, body)
+            if topic == "connection":
+                self._own.append(packed)
+            self.line.say(self._topic(topic), packed, sure=sure, kept=kept)
 
-    def end(self) -> Callable[[], None]:
-        """Say that the vehicle goes, and begin to close its connection; return what waits for the end."""
-        return self.line.end(self._topic("connection"), self._packed("connection", OFFLINE))
+    def hears(self, topic: str) -> bool:
+        """Return True if it listens to a topic."""
+        return any(topic == self._topic(last) for last in HEARD)
+
+    def is_own(self, payload: bytes) -> bool:
+        """Return True if a message on its topic `connection` is its own."""
+        return payload in self._own
+
+    def farewell(self) -> tuple[Line, str, bytes]:
+        """Return its connection, and what is said there last: that the vehicle goes."""
+        return self.line, self._topic("connection"), self._packed("connection", OFFLINE)
 
     def _topic(self, last: str) -> str:
         return f"{self._names.interface}/{vda.MAJOR}/{self._names.manufacturer}/{self.robot}/{last}"
@@ -119,9 +132,9 @@ class Bridge:
     def follow(self, stopped: Callable[[], bool]) -> None:
         """Hand on all that comes, in both directions, until the run is over."""
         while not stopped() and not self._fold.over:
-            for errand, end in self._fleet.take_in():
+            for errand, how in self._fleet.take_in():
                 if errand.robot in self._seats:
-                    self._seats[errand.robot].vehicle.ended(errand, end)
+                    self._seats[errand.robot].vehicle.ended(errand, how)
             self._seat_robots()
             self._take_news()
             for item in self._inbox.take():
@@ -136,8 +149,7 @@ class Bridge:
     def close(self) -> None:
         """Say a last state of all vehicles and that they go, and close all connections."""
         self._tell(monotonic(), last=True)
-        for wait in [seat.end() for seat in self._seats.values()]:
-            wait()
+        end([seat.farewell() for seat in self._seats.values()])
         self._seats = {}
 
     # --- the fleet ---
@@ -147,8 +159,7 @@ class Bridge:
         settings = self._fold.settings
         if settings is None or self._seats.keys() == set(self._fold.robots):
             return
-        for wait in [self._seats.pop(name).end() for name in self._seats.keys() - set(self._fold.robots)]:
-            wait()
+        end([self._seats.pop(name).farewell() for name in self._seats.keys() - set(self._fold.robots)])
         for name in self._fold.robots:
             if name not in self._seats:
                 vehicle = Vehicle(name, self._names.map_id, settings)
@@ -188,6 +199,14 @@ class Bridge:
             case Down(why=why):
                 seat.up = False
                 self._ledger.refused.add("mqtt", why)
+            case Heard(topic=topic) if not seat.hears(topic):
+                pass  # some brokers send what nobody has asked for
+            case Heard(topic=topic, payload=payload) if topic.endswith("/connection"):
+                if b'"ONLINE"' in payload and not seat.is_own(payload):
+                    self._log(
+                        f"{topic}: somebody else is ONLINE there, or was when the broker died: expected one vehicle "
+                        "of this name; end the other bridge, or give one of them another --manufacturer"
+                    )
             case Heard(topic=topic, payload=payload):
                 self._hear(seat, topic.rsplit("/", 1)[1], payload)
 

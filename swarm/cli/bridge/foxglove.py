@@ -7,7 +7,7 @@ from swarm.cli.finding import of_a_client, place
 from swarm.cli.parsing import Commands, Parser
 from swarm.errors import ConfigError
 from swarm.installed import without
-from swarm.secure.names import BRIDGE
+from swarm.secure.names import BRIDGE, WATCHER
 
 HOST = "127.0.0.1"
 PORT = 8765  # at which viewers look
@@ -22,11 +22,14 @@ def bridge(options: argparse.Namespace) -> int:
     from swarm.bridge.foxglove.process import run
     from swarm.bus import Endpoint
 
-    router, fleet = place(options, BRIDGE)
+    router, fleet = place(options, WATCHER if options.read_only else BRIDGE)
     serve = Endpoint(options.bind, options.port)
     if not serve.local:
-        print(f"foxglove: {options.bind} is open: anybody who reaches it sees the fleet and can steer it", flush=True)
-    return run(router, fleet, serve=serve, record=options.record, wall_time=options.wall_time)
+        steers = "" if options.read_only else " and can steer it"
+        print(f"foxglove: {options.bind} is open: anybody who reaches it sees the fleet{steers}", flush=True)
+    return run(
+        router, fleet, serve=serve, record=options.record, read_only=options.read_only, wall_time=options.wall_time
+    )
 
 
 def add(commands: "Commands[Parser]") -> None:
@@ -37,6 +40,7 @@ def add(commands: "Commands[Parser]") -> None:
     one.add_argument("--port", type=int, default=PORT, metavar="N", help=f"{PORT} by default; 0 picks a free one")
     text = "address to serve at; only this machine by default, 0.0.0.0: all that reach it, who can steer the fleet then"
     one.add_argument("--bind", default=HOST, metavar="HOST", help=text)
+    one.add_argument("--read-only", action="store_true", help="viewers see the fleet, and cannot send robots anywhere")
     one.add_argument("--record", type=Path, metavar="FILE.mcap", help="write a bag of ROS 2, too")
     text = "stamps are of this machine's clock and not of the run's, and there is no /clock"
     one.add_argument("--wall-time", action="store_true", help=text)

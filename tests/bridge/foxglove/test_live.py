@@ -89,6 +89,17 @@ def test_garbage_of_viewers_is_dropped_and_counted() -> None:
         assert server.dropped() == 0
 
 
+def test_who_may_only_look_is_not_heard() -> None:
+    with Live(Endpoint("127.0.0.1", 0).claim(), "office", ROS, LIMIT, read_only=True) as server:
+        server.offer("/clock", CLOCK)
+        with viewer(server.url) as one:
+            until_wanted(server, "/clock", one)
+            one.publish("/r1/goal_pose", "json", b"a goal")
+            said = next(told for topic, told in one.messages() if not topic and told["op"] == "status")
+            assert "clientPublish" in said["message"] or said["level"] > 0
+            assert list(server.heard()) == []
+
+
 def test_a_viewer_that_never_reads_costs_nothing() -> None:
     """It reads nothing any more: the server drops what waits for it, and others get the newest."""
     payload = layouts.transforms(0, [("map", "r1/odom", Pose(1.0, 2.0, 0.0))] * 100)

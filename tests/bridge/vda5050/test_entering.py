@@ -1,6 +1,7 @@
 """What a broker asks for before it lets a bridge in, and a fleet that a test tells by hand."""
 
 import shutil
+import signal
 import subprocess
 from pathlib import Path
 from typing import Final
@@ -142,3 +143,21 @@ def request(world: Bus) -> Request:
     while not isinstance(arrived := world.receive(PATIENCE), Request):
         assert arrived is not None, "nobody asks"
     return arrived
+
+
+def test_two_bridges_for_one_vehicle_say_so_and_a_broker_that_is_stuck_keeps_none_of_them(
+    tmp_runtime: Path, endpoint: Endpoint, make_bus: MakeBus, broker: Broker
+) -> None:
+    tell(make_bus(fleet="told"), "r1", "r2")
+    with bridge(endpoint, tmp_runtime, broker.place) as one:
+        one.await_line("r2 is on the broker")
+        with bridge(endpoint, tmp_runtime, broker.place) as other:
+            for command in (one, other):
+                command.await_line("uagv/v2/zenoh-swarm/r1/connection: somebody else is ONLINE there")
+            with bridge(endpoint, tmp_runtime, broker.place, "--manufacturer", "acme") as third:
+                third.await_line("r2 is on the broker")
+                broker.process.send_signal(signal.SIGSTOP)
+                for command in (one, other, third):
+                    command.process.send_signal(signal.SIGTERM)
+                    assert command.end() == 0
+                assert "somebody else" not in third.text

@@ -12,7 +12,7 @@ from typing import Any, Final
 
 import pytest
 from vda5050 import MasterClient, MasterConfig, OrderBuilder
-from vda5050.model import Connection, Factsheet, State, Visualization
+from vda5050.model import Connection, Edge, Factsheet, Node, NodePosition, State, Visualization
 from vda5050.validation import SchemaValidator
 
 from swarm.bridge.vda5050.messages import LIMIT
@@ -99,6 +99,11 @@ def test_a_master_from_pypi_dispatches_three_nodes_and_sees_the_end(
                 vehicle, lambda one: one.state.order_id == "tour" and not one.state.node_states, timeout=LONGEST
             )
             assert done
+            place = NodePosition(x=2.5, y=6.0, map_id=at.map_id)
+            more = Node(node_id="C", sequence_id=0, released=True, node_position=place, actions=[])
+            way = Edge(edge_id="B-C", sequence_id=0, released=True, start_node_id="B", end_node_id="C", actions=[])
+            assert (await client.extend_base(vehicle, [more], [way])).accepted
+            assert await client.wait_for(vehicle, lambda one: one.state.last_node_id == "C", timeout=LONGEST)
             await client.pause(vehicle, action_id="p1")
             assert await client.wait_for_action(vehicle, "p1", timeout=LONGEST)
             await client.resume(vehicle, action_id="p2")
@@ -109,7 +114,7 @@ def test_a_master_from_pypi_dispatches_three_nodes_and_sees_the_end(
 
     with bridged(idle, tmp_runtime, broker, "--visualization", "2") as (fleet, bridge):
         seen = asyncio.run(dispatch())
-        assert list(dict.fromkeys(seen)) == ["", "here", "A", "B"]
+        assert list(dict.fromkeys(seen)) == ["", "here", "A", "B", "C"]
         assert main(["stop"]) == 0
         bridge.await_line("the run is over")
         assert bridge.end() == 0

@@ -107,6 +107,15 @@ def test_the_name_of_the_order_in_the_fleet_is_the_masters_as_far_as_it_is_allow
     assert ask.request == Order(id="F_llen___7_" + "x" * 39 + ".0badcafe", update=2, targets=[(5.0, 2.0)])
 
 
+def test_the_angles_of_nodes_are_headings_of_the_order(told: Told) -> None:
+    order = order_of(A, B, C)
+    order["nodes"][2]["nodePosition"]["theta"] = -1.5
+    ask = told.vehicle.order(taken(order), "0badcafe")
+    assert ask is not None
+    assert isinstance(ask.request, Order)
+    assert ask.request.headings == [None, -1.5]
+
+
 def test_an_order_of_the_node_where_it_stands_is_done_at_once(told: Told) -> None:
     assert told.order(order_of(A)) == []
     assert (told.said.order_id, told.said.last_node_id, told.ahead, told.vehicle.errand) == ("o1", "A", [], None)
@@ -308,3 +317,27 @@ def test_it_says_for_whom_it_waits_and_what_it_does_not_heed(told: Told) -> None
     assert [one.info_description for one in told.said.information] == [
         "it plans its own way, and does not heed: edge.maxSpeed", "waits for b",
     ]  # fmt: skip
+
+
+def test_a_run_that_is_over_drops_what_waited_for_its_horizon(told: Told) -> None:
+    told.order(order_of(A, B, C, released=2))
+    told.ends(How.DONE)
+    told.vehicle.take_clock(clock(run=1, phase=Phase.OVER))
+    assert (told.ahead, told.errors) == ([], [("orderError", "the run is over")])
+
+
+def test_a_way_is_measured_from_the_last_node_and_a_jump_is_no_way(told: Told) -> None:
+    told.at(0.3)
+    assert told.said.distance_since_last_node == 0.3
+    told.at(9.0)
+    assert told.said.distance_since_last_node == 0.3
+    told.at(0.0)
+    told.order(ROUTE)
+    assert told.said.distance_since_last_node == 0.0
+
+
+def test_a_pause_that_ends_before_the_robot_stands_has_failed(told: Told) -> None:
+    told.at(0.1, speed=0.5)
+    told.act("startPause#1", "stopPause#2")
+    assert told.actions == {"1": "FAILED", "2": "FINISHED"}
+    assert not told.said.paused
