@@ -127,13 +127,14 @@ class Body:
         if fault is not None or self._command is None:
             self._wheels = self._wheels.standing()
             return STANDS, said
-        command = self._command[0]
-        self._wheels = self._wheels.after(
-            (command.left, command.right), self._drive.rim_speeds(self._localiser.twist), dt
-        )
+        command, top = self._command[0], self._settings.robot.top_speed
+        left, right = (
+            max(-top, min(top, speed)) for speed in (command.left, command.right)
+        )  # as the world limits them
+        self._wheels = self._wheels.after((left, right), self._drive.rim_speeds(self._localiser.twist), dt)
         if self._wheels.well > LONG:
             self._guard.tries = FIRST_TRY
-        return self._drive.twist(command.left, command.right), said
+        return self._drive.twist(left, right), said
 
     def report(self, now: float) -> BodyReport | None:
         """Return what to report for the last command: the pose at the next tick. None: the pose is not known."""

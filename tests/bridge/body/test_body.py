@@ -268,3 +268,11 @@ def test_a_scanner_that_is_mounted_backwards_sees_behind_and_not_ahead() -> None
     left, front, right = last.rays[4], last.rays[7], last.rays[10]
     assert (left, front, right) == pytest.approx((0.8, 0.8, 0.8))
     assert run.twists[-1] == Twist(0.5, 0.0)
+
+
+def test_no_command_is_faster_than_the_robots_top_speed() -> None:
+    run = run_of()
+    run.left, run.right = 50.0, -50.0
+    run.steps(2)
+    top = SETTINGS.robot.top_speed
+    assert run.twists[-1] == Twist(0.0, -2 * top / SETTINGS.robot.track_width)

@@ -6,14 +6,16 @@ from pathlib import Path
 from typing import Final
 
 import pytest
+from msgspec import structs
 
 from swarm.bus import Endpoint
 from swarm.cli import main
-from swarm.messages import EVENT
+from swarm.messages import EVENT, MAP, Map
 from tests.bridge.body.robots import floor_of, foreign_robot
+from tests.conftest import MakeBus
 from tests.launch.actors import SMALL, Command, Fleet, await_event
 from tests.secure.shared import fleet_keys
-from tests.shared import PAPER
+from tests.shared import PAPER, scenario_of
 
 pytestmark = pytest.mark.processes
 
@@ -215,3 +217,19 @@ def test_in_a_fleet_with_keys_a_body_has_the_keys_of_its_robot(
             assert body.end() == 0
         assert robot.end()[0] == 0
         fleet.end()
+
+
+def test_a_robot_that_the_fleet_does_not_have_is_refused(
+    tmp_runtime: Path, endpoint: Endpoint, make_bus: MakeBus
+) -> None:
+    settings, packed = scenario_of().to_wire()
+    floor = Map(
+        packed=packed, scenario=structs.replace(settings, starts={"r1": (0.0, 0.0, 0.0), "r2": (1.0, 0.0, 0.0)})
+    )
+    with make_bus(fleet="names") as world:
+        world.announce("world", "world")
+        world.keep(MAP, lambda: {MAP.key: floor})
+        command = ("bridge", "ros2", "--body", "r9", "--connect", str(endpoint), "--fleet", "names")
+        with Command(*command, runtime=tmp_runtime) as body:
+            assert body.end() == 2
+            assert "--body r9: expected one of r1, r2, got 'r9'" in body.text
