@@ -59,9 +59,14 @@ class Robot:
         return self._heard is Liveness.LOST
 
     @property
+    def _goes(self) -> bool:
+        """True if the run's clock goes: one that stands, or a fleet without a world, moves nobody."""
+        return self._phase is Phase.RUNNING and not self.alone
+
+    @property
     def driving(self) -> bool:
         """True if it moves."""
-        return self._phase is Phase.RUNNING and max(abs(self._twist.linear), abs(self._twist.angular)) > STILL
+        return self._goes and max(abs(self._twist.linear), abs(self._twist.angular)) > STILL
 
     @property
     def paused(self) -> bool:
@@ -80,8 +85,8 @@ class Robot:
 
     @property
     def velocity(self) -> vda.Velocity:
-        """How fast it is; a run whose clock stands moves nobody."""
-        linear, angular = self._twist if self._phase is Phase.RUNNING else (0.0, 0.0)
+        """How fast it is."""
+        linear, angular = self._twist if self._goes else (0.0, 0.0)
         return vda.Velocity(vx=round(linear, 4), vy=0.0, omega=round(angular, 4))
 
     @property

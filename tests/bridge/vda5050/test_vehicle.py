@@ -210,7 +210,9 @@ def test_the_order_of_a_lost_robot_waits_for_whoever_takes_its_place(told: Told)
 def test_what_passes_by_itself_is_an_error_as_long_as_it_lasts(told: Told) -> None:
     gone = clock(run=1)
     gone.presence["a"] = Seen(Liveness.GONE, 1.0)
+    told.at(0.1, speed=0.5)
     told.vehicle.take_clock(gone, alone=True)
+    assert not told.said.driving
     assert [(one.error_type, one.error_level) for one in told.said.errors] == [
         ("worldAway", "FATAL"),
         ("robotGone", "WARNING"),
