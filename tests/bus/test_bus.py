@@ -15,7 +15,34 @@ from swarm.bus import tap as tap_module
 from swarm.bus.codec import encode
 from swarm.bus.settings import LEASE, client
 from swarm.errors import ConfigError, PeerError
-from swarm.messages import ()  # fmt: skip, ACTION, Accepted, Action, CLOCK, COMMAND, Do, EVENT, Event, JOIN, Join, Message, PATIENCE = 20.0  # s, before a test fails, PLAN, Plan, QUIET = 0.2  # s in which nothing may come, RADIO, SENSE, STATE, TRUTH, def event(tick: int, text: str = "hello") -> Event:, from tests.conftest import MakeBus, from tests.messages.made import broadcast, clock, state, pytestmark = pytest.mark.processes, return Event(run=0, tick=tick, time=0.0, robot=None, kind="test", text=text)
+from swarm.messages import (
+    ACTION,
+    CLOCK,
+    COMMAND,
+    EVENT,
+    JOIN,
+    PLAN,
+    RADIO,
+    SENSE,
+    STATE,
+    Accepted,
+    Action,
+    Do,
+    Event,
+    Join,
+    Message,
+    Plan,
+)  # fmt: skip
+from tests.conftest import MakeBus
+from tests.messages.made import broadcast, clock, state
+
+pytestmark = pytest.mark.processes
+PATIENCE = 20.0  # s, before a test fails
+QUIET = 0.2  # s in which nothing may come
+
+
+def event(tick: int, text: str = "hello") -> Event:
+    return Event(run=0, tick=tick, time=0.0, robot=None, kind="test", text=text)
 
 
 def plan(robot: str, tick: int = 0) -> Plan:
@@ -464,10 +491,10 @@ def test_a_computation_longer_than_the_lease_ends_no_session(make_bus: MakeBus, 
 
 def test_a_topic_is_wanted_while_somebody_listens(make_bus: MakeBus) -> None:
     world, watcher = make_bus(), make_bus()
-    assert not world.wanted(TRUTH)
-    watcher.listen(TRUTH)
-    while not world.wanted(TRUTH):
+    assert not world.wanted(STATE, robot="r1")
+    watcher.listen(STATE, robot="r1")
+    while not world.wanted(STATE, robot="r1"):
         watcher.fetch(CLOCK, timeout=PATIENCE)  # the router has answered
-    watcher.unlisten(TRUTH)
-    while world.wanted(TRUTH):
+    watcher.unlisten(STATE, robot="r1")
+    while world.wanted(STATE, robot="r1"):
         watcher.fetch(CLOCK, timeout=PATIENCE)
