@@ -7,7 +7,7 @@ WORKERS := $(shell echo $$((2 * $$(getconf _NPROCESSORS_ONLN))))  # tests with p
 PYTEST := $(BIN)/python -m pytest -q -n $(WORKERS) --dist worksteal
 
 .DEFAULT_GOAL := help
-.PHONY: help setup run test test-all check format bench mutants compiled lock clean
+.PHONY: help setup run test test-all check format bench docs release images mutants compiled lock clean
 
 help:  ## list these commands
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 10
@@ -41,8 +41,19 @@ format: $(READY)  ## format the code
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
+docs: $(READY)  ## build the docs as a site in build/site
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
+	@echo "open build/site/index.html"
+
 bench: $(READY)  ## measure every number of docs/benchmarks.md
 	$(BIN)/python -m benchmarks
+
+release: $(READY)  ## build the wheel, the site, the images and their checksums in build/release; VERSION=0.2.0 names them first
+	$(BIN)/python deploy/release.py $(VERSION) $(if $(HOME_URL),--home $(HOME_URL))
+
+images:  ## build the images of robot, world and dashboard, with docker or buildah
+	@engine=$$(docker info > /dev/null 2>&1 && echo docker || command -v buildah) || { echo "make images needs docker or buildah" >&2; exit 1; }; \
+	for role in robot world dashboard; do $$engine build --target $$role --tag zenoh-swarm-$$role . || exit 1; done
 
 mutants: $(READY)  ## change the code of claims and joint plans a little, and list the changes that no test notices: half an hour
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --constraint requirements.lock --editable '.[mutants]'

@@ -38,7 +38,7 @@ from swarm.messages import CLOCK, EVENT, MAP, PLAN, STATE, TRUTH, Clock, Map, Me
 from swarm.robot.brain import Inputs, Outputs, Robot
 from swarm.scenario.load import Scenario, checked
 from tests.dashboard.browsing import LACKS, PROGRAM, browser
-from world.simulate import Simulation
+from world.simulate import Simulation, Tick
 from world.views.truth import truth
 
 RATE: Final = 20  # Hz, control steps
@@ -142,13 +142,19 @@ class Played:
         said, packed = simulation.scenario.to_wire()
         self._map = Map(scenario=said, packed=packed)
         for tick in range(ceil(seconds * RATE)):
-            sent: list[Sent] = [(EVENT, event, {}) for event in simulation.step().events]
+            stepped = simulation.step()
+            sent: list[Sent] = [(EVENT, event, {}) for event in stepped.events]
+            sent += self.besides(stepped)
             sent += [part for name, robot in zip(self.names, speakers, strict=True) for part in robot.said(name)]
             if tick % RATE == 0:
                 sent.append((CLOCK, self._clock(tick), {}))
             if tick % round(RATE / TRUTH.rate) == 0:
                 sent.append((TRUTH, replace(truth(world), run=0, tick=tick), {}))
             self.ticks.append(sent)
+
+    def besides(self, tick: Tick) -> list[Sent]:
+        """Return what is sent of a tick beside what a box hears."""
+        return []
 
     def _clock(self, tick: int) -> Clock:
         return Clock(run=0, tick=tick, time=tick / RATE, phase=Phase.RUNNING, robots=self.names, present=self.names)

@@ -71,14 +71,11 @@ def frames() -> str:
     """Return the sections on the box's own frames, field by field."""
     _, shapes = msgspec.json.schema_components([Overview, Why, Joint, Learned, Question, Answer])
     own = {name: shape for name, shape in shapes.items() if "properties" in shape and not hasattr(wire, name)}
-    return (
-        "\n\n".join(
-            f"### {name}\n\n{shape['description']}\n\n{rows(HEAD, *_body(shape))}" for name, shape in own.items()
-        )
-        .replace("](#", "](wire.md#")
-        .replace("](wire.md#row)", "](#row)")
-        .replace("](wire.md#turn)", "](#turn)")
+    text = "\n\n".join(
+        f"### {name}\n\n{shape['description']}\n\n{rows(HEAD, *_body(shape))}" for name, shape in own.items()
     )
+    here = {name.lower() for name in own}
+    return re.sub(r"\]\(#(\w+)\)", lambda link: link[0] if link[1] in here else f"](wire.md#{link[1]})", text)
 
 
 def paths() -> str:

@@ -31,12 +31,14 @@ EXTRAS: Final[Mapping[str, Mapping[str, str]]] = MappingProxyType(
         "rerun": {"rerun-sdk": "rerun"},
         "mcap": {"mcap": "mcap"},
         "ros2": {"rosbags": "rosbags", "xxhash": "xxhash"},
+        "foxglove": {"foxglove-sdk": "foxglove", "rosbags": "rosbags"},
         "vda5050": {"paho-mqtt": "paho"},
     }
 )
 NAMES: Final = {  # of extras, for people
     "rerun": "Rerun",
     "ros2": "the bridge to ROS 2",
+    "foxglove": "the bridge to Foxglove",
     "vda5050": "the bridge to VDA 5050",
 }
 TOPS: Final = ("world", "dashboard")  # installed beside `swarm`, under names that others have too
@@ -60,6 +62,12 @@ def check() -> None:
     for library, name in LIBRARIES.items():
         if find_spec(name) is None:
             raise ConfigError(f"{library}: expected it with zenoh-swarm, found none; run `pip install {library}`")
+
+
+def installed() -> list[str]:
+    """Return the libraries that are installed of those that this package uses, those of its extras last."""
+    known = {**LIBRARIES} | {name: module for extra in EXTRAS.values() for name, module in extra.items()}
+    return [name for name, module in known.items() if find_spec(module) is not None]
 
 
 def without(extra: str) -> str | None:

@@ -3,12 +3,14 @@
 Defaults are here and nowhere else. The text of each ``description`` is what the documentation and the errors show.
 """
 
+from math import pi
 from typing import Annotated, Final, Literal
 
 from msgspec import Meta, Struct
 
 MOST_ROBOTS: Final = 1000  # of a fleet
 TAPE: Final = ".swarm"  # the ending of a tape's file
+BAG: Final = ".mcap"  # the ending of a bag of ROS 2
 PAPER_TOP_SPEED: Final = 4.0  # m/s, the fastest rim speed of the paper's tables
 Metres = Annotated[float, Meta(ge=-1e5, le=1e5)]
 Coordinates = tuple[Metres, Metres]
@@ -127,6 +129,10 @@ class OrderSettings(Section, frozen=True, kw_only=True):
     robot: Annotated[str, Meta(pattern=r"^[A-Za-z0-9_.:-]{1,64}\Z", description="its name, such as r1")]
     targets: Annotated[list[Coordinates], Meta(max_length=1000, description="m; in order")] | None = None
     home: Annotated[bool, Meta(description="drive home after the last target")] = False
+    headings: Annotated[
+        list[Annotated[float, Meta(ge=-pi, le=pi)] | None],
+        Meta(max_length=1000, description="rad; for each target, the yaw to turn to there; null or none: any"),
+    ] = []
     do: Annotated[Literal["stop", "go_on", "home", "cancel"], Meta(description="an action")] | None = None
     id: Annotated[str, Meta(pattern=r"^[A-Za-z0-9_.:-]{1,64}\Z", description="name of the order")] = "scenario"
     update: Annotated[int, Meta(ge=0, le=2**53, description="version of the order")] = 0

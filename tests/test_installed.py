@@ -18,14 +18,22 @@ from tests.shared import ROOT
 PRODUCT: Final = ("swarm", "scenarios", *TOPS)
 OWN: Final = {"swarm", "tests", "benchmarks", "docs", "examples", *TOPS}
 FOR_WORK: Final = {"dev", "mutants"}  # extras for who works on the project: nothing of the product imports them
-IMPORTED_AS: Final = {"scikit-fuzzy": "skfuzzy", "vda5050-sdk": "vda5050"}  # others of `dev` have one name
+IMPORTED_AS: Final = {  # others of `dev` have one name
+    "scikit-fuzzy": "skfuzzy",
+    "mcap-ros2-support": "mcap_ros2",
+    "vda5050-sdk": "vda5050",
+}
 TOOLS: Final = {  # of `dev`, and what for, since no test imports them
     "zenoh-swarm": "the extras",
+    "build": "make release",
+    "mkdocs-material": "make docs",
+    "mkdocstrings": "make docs",
     "mypy": "make check",
     "pytest-timeout": "pyproject.toml: timeout",
     "pytest-xdist": "-n auto",
     "ruff": "make check",
     "setuptools": "the build",
+    "twine": "make release",
     "types-psutil": "mypy",
     "types-PyYAML": "mypy",
     "types-shapely": "mypy",
@@ -126,6 +134,13 @@ def test_what_needs_ros2_names_the_extra(tmp_path: Path, library: str) -> None:
     done = swarm(tmp_path, "bridge", "ros2", code=f"sys.modules['{library}'] = None")
     said = "the bridge to ROS 2 is not installed: pip install 'zenoh-swarm[ros2]'"
     assert (done.returncode, done.stderr) == (2, f"swarm: bridge ros2: {said}\n")
+
+
+@pytest.mark.parametrize("library", EXTRAS["foxglove"].values())
+def test_what_needs_foxglove_names_the_extra(tmp_path: Path, library: str) -> None:
+    done = swarm(tmp_path, "bridge", "foxglove", code=f"sys.modules['{library}'] = None")
+    said = "the bridge to Foxglove is not installed: pip install 'zenoh-swarm[foxglove]'"
+    assert (done.returncode, done.stderr) == (2, f"swarm: bridge foxglove: {said}\n")
 
 
 def test_what_needs_vda5050_names_the_extra(tmp_path: Path) -> None:

@@ -68,7 +68,10 @@ SUBROOMS: Final = {
     "world.storm.laws": "history",
     "swarm.robot.driving": "",
     "swarm.robot.host": "",
-    "swarm.bridge.ros2": "",
+    "swarm.bridge.cdr": "",
+    "swarm.bridge.ros2": "cdr",
+    "swarm.bridge.foxglove": "cdr ros2",
+    "swarm.bridge.body": "ros2",
     "swarm.bridge.vda5050": "",
     "swarm.cli.bridge": "",
     "swarm.cli.start": "",
@@ -92,6 +95,7 @@ LIBRARIES: Final = {
     "rosbags": "swarm/bridge/ros2/types.py",
     "paho": "swarm/bridge/vda5050/line.py",
     "xxhash": "swarm/bridge/ros2/wire.py",
+    "foxglove": "swarm/bridge/foxglove",
 }
 # attributes with an underscore that tests may read
 PRIVATE: Final = {

@@ -47,6 +47,11 @@ class Errand:
         """The last state of its robot, if that is about this order."""
         return self.state if self.state is not None and self.state.assignment == self.number else None
 
+    @property
+    def replaced(self) -> bool:
+        """True if its robot says that it has another order by now."""
+        return self.state is not None and self.state.assignment > self.number
+
     def take(self, message: Message) -> End | None:
         """Take in a message of the fleet; return how the order has ended, None if it has not."""
         match message:
@@ -71,8 +76,7 @@ class Errand:
 
     def past(self) -> End | None:
         """Return the end of an order that the robot has no longer and that nothing has replaced: it was done."""
-        newer = self.state is not None and self.state.assignment > self.number
-        return End(How.DONE, f"{self.name} is done") if newer else None
+        return End(How.DONE, f"{self.name} is done") if self.replaced else None
 
     def alone(self, silence: float) -> End:
         """Return the end of an order whose fleet has had no world for so long [s]."""

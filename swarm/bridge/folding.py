@@ -4,7 +4,7 @@ from collections import deque
 from collections.abc import Iterator
 from typing import Final
 
-from swarm.messages import Clock, Event, Map, Message, Phase, Plan, Sense, State, Truth
+from swarm.messages import Broadcast, Clock, Event, Map, Message, Phase, Plan, Sense, State, Truth
 from swarm.settings import Settings
 
 FLEET: Final = ""  # instead of a robot's name, for what is of no single robot
@@ -37,12 +37,11 @@ class Fold:
             case Clock(robots=robots, phase=phase, time=time):
                 self.clock = message
                 self.robots, self.over, self.time = tuple(robots), phase is Phase.OVER, max(self.time, time)
-                return
             case Map(scenario=scenario):
                 self.settings = scenario.settings
             case Truth(time=time) | Sense(time=time):
                 self.time = max(self.time, time)
-            case Plan(robot=owner) | State(robot=owner):
+            case Plan(robot=owner) | State(robot=owner) | Broadcast(robot=owner):
                 robot = owner
             case Event():
                 self._events.append(message)

@@ -8,11 +8,11 @@ from swarm.bridge.errand import End, Errand
 from swarm.bridge.errands import Errands
 from swarm.bridge.folding import FLEET, Fold
 from swarm.bus import Arrival, Bus, Link, Presence
-from swarm.messages import CLOCK, EVENT, EVENTS, MAP, PLAN, SENSE, STATE, STATUS, TRUTH, Message, Status, Topic
+from swarm.messages import CLOCK, EVENT, EVENTS, MAP, PLAN, RADIO, SENSE, STATE, STATUS, TRUTH, Message, Status, Topic
 from swarm.robot.host.joining import AWAY
 
-LISTEN: Final[tuple[Topic[Any], ...]] = (CLOCK, MAP, TRUTH, SENSE, PLAN)
-ORDERED: Final[tuple[Topic[Any], ...]] = (STATE, EVENT, STATUS)  # the ends of orders are seen from these and the clock
+LISTEN: Final[tuple[Topic[Any], ...]] = (CLOCK, MAP, TRUTH, SENSE, PLAN, STATE, EVENT)
+ORDERED: Final[tuple[Topic[Any], ...]] = (STATUS,)  # the ends of orders are seen from this too
 KEPT: Final[tuple[Topic[Any], ...]] = (CLOCK, MAP, TRUTH, PLAN, STATE)  # the world answers with the last ones
 LOOK: Final = 0.05  # s, the longest time between two looks at the other side: a period of the usual senses
 MOST: Final = 1000  # arrivals that are taken in before what they say goes out: a run may be faster than this process
@@ -47,6 +47,8 @@ class Follower:
         if self.fold.settings is None or self._run != self.fold.run:  # the map of another run may be another
             self._catch_up()
             self._run = self.fold.run
+        if self.fold.settings is not None and not self.fold.settings.map.known:
+            self._bus.listen(RADIO)  # robots tell each other what they learn of the floor
         messages: list[Message] = []
         arrived, room = self._bus.receive(patience), MOST
         while arrived is not None:

@@ -3,6 +3,8 @@
 It is here because no other room imports zenoh.
 """
 
+from contextlib import suppress
+from dataclasses import dataclass, field
 from typing import Any, Final
 
 import zenoh
@@ -14,6 +16,47 @@ from swarm.errors import ConfigError, PeerError
 
 WAITING: Final = 8  # messages of a key that wait to be taken; a newer one takes the place of the oldest
 HEARTBEAT: Final = 0.5  # s, after which a latched topic tells its last number: rmw_zenoh's
+ASKING: Final = 1000  # requests on a key that wait to be taken; a newer one takes the place of the oldest
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """A request of somebody else. Answer it once, with ``answer`` or ``refuse``, at once or later.
+
+    An answer to who has gone, or no longer waits, goes nowhere.
+    """
+
+    key: str
+    limit: int  # bytes
+    query: zenoh.Query = field(repr=False)
+
+    def read(self) -> bytes:
+        """Return its payload.
+
+        Raises:
+            PeerError: it is too long.
+        """
+        payload = self.query.payload
+        if payload is not None and len(payload) > self.limit:
+            raise PeerError(f"expected at most {self.limit} bytes, got {len(payload)}")
+        return b"" if payload is None else payload.to_bytes()
+
+    @property
+    def attachment(self) -> bytes | None:
+        """What is attached to it; None: nothing."""
+        return None if self.query.attachment is None else self.query.attachment.to_bytes()
+
+    def answer(self, payload: bytes, attachment: bytes | None) -> None:
+        """Send the answer."""
+        with suppress(zenoh.ZError):
+            self.query.reply(self.key, payload, attachment=attachment)
+        self.query.drop()  # type: ignore[no-untyped-call]
+
+    def refuse(self, reason: str) -> None:
+        """Send an error with its reason."""
+        with suppress(zenoh.ZError):
+            self.query.reply_err(reason.encode())
+        self.query.drop()  # type: ignore[no-untyped-call]
 
 
 class Foreign:
@@ -26,7 +69,10 @@ class Foreign:
         self._endpoint = endpoint
         self._tokens: dict[str, Any] = {}
         self._publishers: dict[str, Any] = {}
+        self._heard: dict[str, bool] = {}  # by key of a publisher: whether anybody listens
+        self._hearers: dict[str, Any] = {}  # by such a key: a listener that tells when that changes
         self._subscribers: dict[str, tuple[Any, int]] = {}
+        self._queryables: dict[str, tuple[Any, int]] = {}
 
     def __enter__(self) -> "Foreign":
         try:
@@ -52,24 +98,56 @@ class Foreign:
 
     def offer(self, key: str, kept: int = 0) -> None:
         """Declare a publisher. Who comes late can ask it for the last ``kept`` messages, as an advanced subscriber."""
+        drop = zenoh.CongestionControl.DROP
+        if not kept:
+            publisher = self._publishers[key] = self._session.declare_publisher(key, congestion_control=drop)
+            self._hearers[key] = publisher.declare_matching_listener(zenoh.handlers.RingChannel(1))
+            status: Any = publisher.matching_status  # it is no bool, whatever zenoh's types say
+            self._heard[key] = status.matching
+            return
         self._publishers[key] = zenoh.ext.declare_advanced_publisher(
             self._session,
             key,
-            congestion_control=zenoh.CongestionControl.DROP,
-            cache=zenoh.ext.CacheConfig(kept) if kept else None,
-            publisher_detection=True if kept else None,
-            sample_miss_detection=zenoh.ext.MissDetectionConfig(heartbeat=None, sporadic_heartbeat=HEARTBEAT)
-            if kept
-            else None,
+            congestion_control=drop,
+            cache=zenoh.ext.CacheConfig(kept),
+            publisher_detection=True,
+            sample_miss_detection=zenoh.ext.MissDetectionConfig(heartbeat=None, sporadic_heartbeat=HEARTBEAT),
         )
 
-    def send(self, key: str, payload: bytes, attachment: bytes) -> None:
+    def send(self, key: str, payload: bytes, attachment: bytes | None) -> None:
         """Publish bytes on a key that is offered; if the send queue is full, they are dropped."""
         self._publishers[key].put(payload, attachment=attachment)
 
-    def listen(self, key: str, limit: int) -> None:
-        """Take what comes on a key, payloads of at most ``limit`` bytes."""
-        self._subscribers[key] = self._session.declare_subscriber(key, zenoh.handlers.RingChannel(WAITING)), limit
+    def is_heard(self, key: str) -> bool:
+        """Return True if anybody listens to a key that is offered without messages that are kept."""
+        if (status := self._hearers[key].try_recv()) is not None:
+            self._heard[key] = status.matching
+        return self._heard[key]
+
+    def listen(self, key: str, limit: int, *, late: bool = False) -> None:
+        """Take what comes on a key, payloads of at most ``limit`` bytes; with ``late`` also what publishers keep."""
+        waiting: Any = zenoh.handlers.RingChannel(WAITING)
+        subscriber = (
+            zenoh.ext.declare_advanced_subscriber(
+                self._session, key, waiting, history=zenoh.ext.HistoryConfig(detect_late_publishers=True)
+            )
+            if late
+            else self._session.declare_subscriber(key, waiting)
+        )
+        self._subscribers[key] = subscriber, limit
+
+    def arrived(self, key: str) -> list[bytes | PeerError]:
+        """Return the payloads that came on a key since the last call, the oldest first; the last ``WAITING`` at most.
+
+        For one that is too long there is an error in its place.
+        """
+        subscriber, limit = self._subscribers[key]
+        found: list[bytes | PeerError] = []
+        while (sample := subscriber.try_recv()) is not None:
+            length = len(sample.payload)
+            wrong = PeerError(f"expected at most {limit} bytes, got {length}")
+            found.append(sample.payload.to_bytes() if length <= limit else wrong)
+        return found
 
     def newest(self, key: str) -> bytes | None:
         """Return the payload that came last on a key since the last call; None if none came.
@@ -77,19 +155,35 @@ class Foreign:
         Raises:
             PeerError: it is too long.
         """
-        subscriber, limit = self._subscribers[key]
-        last = None
-        while (sample := subscriber.try_recv()) is not None:
-            last = sample.payload
-        if last is not None and len(last) > limit:
-            raise PeerError(f"expected at most {limit} bytes, got {len(last)}")
-        return None if last is None else last.to_bytes()
+        last = next(reversed(self.arrived(key)), None)
+        if isinstance(last, PeerError):
+            raise last
+        return last
+
+    def serve(self, key: str, limit: int) -> None:
+        """Take requests on a key, payloads of at most ``limit`` bytes.
+
+        It is declared complete: a client of ROS asks only those that are (rmw_zenoh's docs/design.md, Services).
+        """
+        channel: zenoh.handlers.RingChannel[Any] = zenoh.handlers.RingChannel(ASKING)
+        self._queryables[key] = self._session.declare_queryable(key, channel, complete=True), limit
+
+    def asked(self, key: str) -> list[Asked]:
+        """Return the requests on a key since the last call."""
+        queryable, limit = self._queryables[key]
+        found = []
+        while (query := queryable.try_recv()) is not None:
+            found.append(Asked(key, limit, query))
+        return found
 
     def withdraw(self, key: str) -> None:
-        """End all that is announced, offered or heard under a key."""
+        """End all that is announced, offered, heard or served under a key."""
         if (token := self._tokens.pop(key, None)) is not None:
             token.undeclare()
         if (publisher := self._publishers.pop(key, None)) is not None:
+            self._hearers.pop(key, None)
             publisher.undeclare()
         if (subscriber := self._subscribers.pop(key, None)) is not None:
             subscriber[0].undeclare()
+        if (queryable := self._queryables.pop(key, None)) is not None:
+            queryable[0].undeclare()

@@ -3,7 +3,7 @@
 import argparse
 import re
 from collections.abc import Sequence
-from math import nan
+from math import nan, pi
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, NoReturn
 
@@ -55,13 +55,20 @@ class Parser(argparse.ArgumentParser):
 
 
 class Version(argparse.Action):
-    """Prints the version, and whether the package is plain Python or compiled."""
+    """Prints the version, whether the package is plain Python or compiled, and what it is made of."""
 
     def __call__(self, parser: argparse.ArgumentParser, *_: object) -> NoReturn:
         """Print and end the process."""
         from importlib.metadata import version
+        from platform import python_version
+
+        from swarm.fingerprint import fingerprint
+        from swarm.installed import installed
+        from swarm.messages import VERSION
 
         print(f"zenoh-swarm {version('zenoh-swarm')} ({'compiled' if by_mypyc() else 'plain Python'})")
+        print(f"wire swarm/v{VERSION}, code {fingerprint()}, Python {python_version()}")
+        print(", ".join(f"{name} {version(name)}" for name in installed()))
         parser.exit()
 
 
@@ -95,6 +102,30 @@ def point(text: str) -> "Point":
     if not (abs(x) <= FAR and abs(y) <= FAR):
         raise ConfigError(f"expected a point X,Y, each within 1e6 m, got {text.strip()!r}; for example 1.5,2")
     return x, y
+
+
+def stop_at(text: str) -> "tuple[float, float, float | None]":
+    """Read ``X,Y`` [m] or ``X,Y,YAW`` [m, m, rad]; the yaw is None if there is none.
+
+    Raises:
+        ConfigError: the text has neither form, or is not a place; or the yaw is not within a half turn.
+
+    >>> stop_at("1.5,2"), stop_at("1.5,2,-1.57")
+    ((1.5, 2.0, None), (1.5, 2.0, -1.57))
+    """
+    place, comma, turn = text.strip(), "", ""
+    if text.count(",") == 2:
+        place, comma, turn = text.strip().rpartition(",")
+    x, y = point(place)
+    if not comma:
+        return x, y, None
+    try:
+        yaw = float(turn)
+    except ValueError:
+        yaw = nan
+    if not abs(yaw) <= pi:
+        raise ConfigError(f"expected X,Y or X,Y,YAW with a yaw from -3.14 to 3.14 rad, got {text.strip()!r}")
+    return x, y, yaw
 
 
 def seconds(text: str) -> float:

@@ -30,11 +30,13 @@ class Options:
     rules: str | None = None  # the robot whose fired rules the dashboard shows
     record: Path | None = None  # what the dashboard draws
     tape: Path | None = None  # None: beside the folder of the fleet
+    bag: Path | None = None  # of ROS 2
     report: Path | None = None
     port: int = 0  # 0: a free one
     fleet: str | None = None
     secure: Path | None = None  # the folder with the keys; None: the fleet is open to all on this machine
     outside: Sequence[str] = ()  # robots whose body reports from outside the world
+    bridges: Sequence[str] = ()  # names of processes that show the fleet to other software
     quiet: bool = False  # only trouble and the summary
     delay: Delay | None = None  # of the network between robots and router; None: there is no proxy
     loaded: Scenario | None = None  # the scenario before it was checked, which a set-up changes
@@ -51,8 +53,9 @@ class Options:
 
     @property
     def sessions(self) -> int:
-        """How many processes the fleet has: robots, world, router, dashboard, box, and a proxy if there is one."""
-        return 4 + (self.delay is not None) + ceil(self.robots / self.robots_per_process)
+        """How many processes the fleet has: robots, world, router, dashboard, box; those that were asked for."""
+        more = (self.delay is not None) + (self.bag is not None) + len(self.bridges)
+        return 4 + more + ceil(self.robots / self.robots_per_process)
 
 
 def ready(options: Options) -> Options:

@@ -11,13 +11,13 @@ from swarm.bus import Endpoint
 from swarm.errors import ConfigError
 from swarm.launch.options import Options
 from swarm.launch.supervise.fleet import Fleet, check_open_files
-from swarm.launch.supervise.table import BOX, DASHBOARD, PROXY, ROBOT, ROUTER, WORLD
+from swarm.launch.supervise.table import BOX, BRIDGES, DASHBOARD, PROXY, RECORDER, ROBOT, ROUTER, WORLD
 from swarm.scenario.starts import names
 from swarm.secure import names as members
 from swarm.settings import MOST_ROBOTS
 
 NAME: Final = re.compile(r"r\d{1,6}\Z")  # the name of a robot becomes that of its log file
-FAREWELL: Final = 15.0  # s for the dashboard to write its file after the run is over
+FAREWELL: Final = 15.0  # s for each that writes a file, after the run is over
 
 
 class Processes:
@@ -116,7 +116,7 @@ class Processes:
         self._fleet.start(ROBOT, name, common | {"robots": robots})
 
     def start_again(self, options: Options, first_run: int, stop: Flag) -> None:
-        """End the world, the robots and the dashboard, and start them with other options, unless told to ``stop``.
+        """End the world, the robots and who listens, and start them with other options, unless told to ``stop``.
 
         The box stays, and so does the router, unless its lease is too short for the sessions to come.
 
@@ -127,7 +127,7 @@ class Processes:
         self.let_finish(stop)
         if stop.is_set():
             return
-        self._fleet.stop((DASHBOARD, ROBOT))
+        self._fleet.stop((DASHBOARD, RECORDER, *BRIDGES, ROBOT))
         for file in (self.summary_file, self._snapshot, self.given_up):
             file.unlink(missing_ok=True)
         self._fleet.lost.clear()
@@ -141,8 +141,9 @@ class Processes:
         self._begin()
 
     def let_finish(self, stop: Flag) -> None:
-        """Wait for the dashboard to write its file and end, for a while, or until told to ``stop``; the run is over."""
-        self._fleet.await_end(DASHBOARD, FAREWELL, stop)
+        """Wait for those who write files to end, for a while, or until told to ``stop``; the run is over."""
+        for role in (DASHBOARD, RECORDER):
+            self._fleet.await_end(role, FAREWELL, stop)
 
     def _share(self, sessions: int) -> None:
         """Set the lease of the sessions that are opened from now on, by how many there are."""
@@ -172,7 +173,7 @@ class Processes:
                 "limit": options.limit,
                 "wait": options.wait,
                 "outside": options.outside,
-                "watchers": 1 if shown is not None else 0,
+                "watchers": (shown is not None) + (options.bag is not None),
                 "report_to": self.summary_file,
                 "snapshot": self._snapshot,
                 "first_run": self.first_run,
@@ -182,5 +183,10 @@ class Processes:
         )
         if shown is not None:
             self._fleet.start(DASHBOARD, "dashboard", self._common(members.WATCHER) | shown)
+        for bridge in BRIDGES:
+            if bridge.name in options.bridges:
+                self._fleet.start(bridge, bridge.name, self._common(members.BRIDGE))
+        if options.bag is not None:
+            self._fleet.start(RECORDER, "recorder", self._common(members.WATCHER) | {"record": options.bag})
         for robots in self._in_processes(names(options.robots)):
             self._start_robots(robots)

@@ -24,7 +24,7 @@ from swarm.launch.running import CARD, Listing, named, registered
 from swarm.launch.setup import BUSY, answered, as_set, in_words
 from swarm.launch.summary import closing_lines, summary_of, told_of_recordings, told_of_tape
 from swarm.launch.supervise.fleet import Ended, Fleet
-from swarm.launch.supervise.table import DASHBOARD, RESTARTS, WITHIN, EarlyEnd
+from swarm.launch.supervise.table import RESTARTS, WITHIN, EarlyEnd
 from swarm.messages import CLOCK, SETUP, Clock
 from swarm.scenario.starts import names
 from swarm.secure import Identity
@@ -43,14 +43,19 @@ def run(options: Options) -> int:
         ConfigError: the scenario cannot be driven, the port is in use, or a file cannot be written.
     """
     asked, options = options.dashboard, replace(ready(options), dashboard=resolved(options.dashboard, os.environ))
-    for flag, path in (("--report", options.report), ("--record", options.record), ("--record", options.tape)):
+    for path in (options.record, options.tape, options.bag):
         if path is not None:
-            check_output(flag, path)
+            check_output("--record", path)
+    if options.report is not None:
+        check_output("--report", options.report)
     mode = choose(options.dashboard, os.environ, record=options.record is not None)
     lacks = without("rerun")
     if mode is not None and lacks is not None:
         flag = f"--dashboard {options.dashboard}" if mode != "off-screen" else f"--record {options.record}"
         raise ConfigError(f"{flag}: {lacks}, or run without it")
+    _check_bridges(options)
+    if options.bag is not None and (lacks_foxglove := without("foxglove")) is not None:
+        raise ConfigError(f"--record {options.bag}: {lacks_foxglove}, or run without it")
     endpoint = Endpoint("127.0.0.1", options.port, _router_of(options)).claim()
     with (
         told_to_stop() as stop,
@@ -84,7 +89,7 @@ def run(options: Options) -> int:
                 trouble = _watch(fleet, processes, entry, stop, console, box)
                 if stop.is_set() and not report_of_world.exists():
                     fleet.stop()
-                elif mode is not None and not stop.is_set():
+                elif (mode is not None or options.bag is not None) and not stop.is_set():
                     processes.let_finish(stop)
             except SwarmError as fault:
                 trouble = str(fault)
@@ -92,7 +97,11 @@ def run(options: Options) -> int:
         known = {"scenario": options.scenario.settings.name, "seed": options.seed, "robots": options.robots}
         summary = summary_of(report_of_world, known, trouble, fleet.lost)
         record = options.record if mode is not None else None
-        files = [*told_of_recordings(record, fleet.starts["dashboard"], since), *told_of_tape(entry.tape)]
+        files = [
+            *told_of_recordings(record, fleet.starts["dashboard"], since),
+            *told_of_recordings(options.bag, fleet.starts["recorder"], since),
+            *told_of_tape(entry.tape),
+        ]
         for line in closing_lines(summary, files):
             say(line)
         if options.report is not None:
@@ -113,6 +122,22 @@ def _router_of(options: Options) -> Identity | None:
     for member in (members.ROUTER, members.WORLD, members.WATCHER, *steering, *names(options.robots)):
         Identity(options.secure, member).check()
     return Identity(options.secure, members.ROUTER)
+
+
+def _check_bridges(options: Options) -> None:
+    """Check that what bridges need is there.
+
+    Raises:
+        ConfigError: a library is missing, or the fleet has keys.
+    """
+    for bridge in options.bridges:
+        if (lacks := without(bridge)) is not None:
+            raise ConfigError(f"--bridge {bridge}: {lacks}")
+        if options.secure is not None:
+            raise ConfigError(
+                f"--bridge {bridge}: expected a fleet without keys, got --secure: its router serves nobody else; "
+                f"name another router with `swarm bridge {bridge}`"
+            )
 
 
 def _free_port() -> int:
@@ -154,7 +179,7 @@ def _watch(
             for ended in fleet.watch():
                 if ended.status or ended.then not in {EarlyEnd.FINISH, EarlyEnd.LEAVE}:
                     trouble = _tell(ended, say, reported=processes.summary_file.exists())
-                elif ended.then is EarlyEnd.LEAVE and ended.name != DASHBOARD.name:
+                elif ended.then is EarlyEnd.LEAVE and ended.robots:
                     say(f"{ended.name} has left; the run goes on")
                 lost = ["lost"] if ended.then is EarlyEnd.LOSE else []
                 terminal.explain(ended.robots, ["gone", "left", *lost])

@@ -2,6 +2,7 @@
 
 import json
 import os
+import struct
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
@@ -9,9 +10,12 @@ from typing import Any, Final
 
 from dashboard.terminal import ROWS
 from swarm.launch.supervise.table import numbered
+from swarm.settings import BAG
 
 FOOTER: Final = b"RRF2FOOT"  # among the last bytes of a recording that has an index
-FOOTER_ROOM: Final = 32  # bytes
+FOOTER_ROOM: Final = 37  # bytes; a footer of MCAP
+# before the place of its index in a footer of MCAP: an opcode and a length; the place is 0 if there is none (mcap.dev)
+MCAP_FOOTER: Final = struct.pack("<BQ", 0x02, 20)
 
 
 def summary_of(path: Path, known: dict[str, Any], trouble: str, lost: list[str]) -> dict[str, Any]:
@@ -99,17 +103,21 @@ def _told_of_robot(name: str, row: dict[str, Any]) -> str:
     return f"{name}: {laps}{stops}drove {row['path_length']:.1f} m, waited {row['waiting']:.1f} s{touched}"
 
 
-def told_of_recordings(record: Path | None, dashboards: int, since: int) -> list[str]:
-    """Return a line about each recording of a run, whose dashboard was started ``dashboards`` times.
+def told_of_recordings(record: Path | None, starts: int, since: int) -> list[str]:
+    """Return a line about each recording of a run, whose process was started ``starts`` times.
 
     Older files of the same names are left out: they are those that were changed before ``since`` [ns, Unix time].
     """
     if record is None:
         return []
-    without = "its dashboard was killed, its disk is full, or it is too large; the tape has the whole run"
+    if record.suffix == BAG:
+        how, without = "open it in Foxglove, or: ros2 bag play", "its process was killed; its last seconds are missing"
+    else:
+        how = "open it with: rerun"
+        without = "its dashboard was killed, its disk is full, or it is too large; the tape has the whole run"
     lines = [
-        f"recorded: {path}  (open it with: rerun {path})" if whole else f"recorded without index: {path}  ({without})"
-        for path, whole in _recorded(record, dashboards, since)
+        f"recorded: {path}  ({how} {path})" if whole else f"recorded without index: {path}  ({without})"
+        for path, whole in _recorded(record, starts, since)
     ]
     return lines or [f"not recorded: {record} was not written"]
 
@@ -119,14 +127,15 @@ def told_of_tape(tape: Path) -> list[str]:
     return [f"tape: {tape}  (run it again with: swarm replay {tape})"] if tape.is_file() else []
 
 
-def _recorded(record: Path, dashboards: int, since: int) -> Iterator[tuple[Path, bool]]:
-    """Yield each recording, and whether Rerun's program has written its index, as it does when it finishes a file."""
-    for number in range(1, dashboards + 1):
+def _recorded(record: Path, starts: int, since: int) -> Iterator[tuple[Path, bool]]:
+    """Yield each recording, and whether it has an index: that is written when a file is finished."""
+    for number in range(1, starts + 1):
         first = numbered(record, number)
         for path in (first, *sorted(first.parent.glob(f"{first.stem}-run*{first.suffix}"))):
             with suppress(OSError):
                 if path.stat().st_mtime_ns >= since:
                     with path.open("rb") as file:
                         file.seek(-min(FOOTER_ROOM, path.stat().st_size), os.SEEK_END)
-                        whole = FOOTER in file.read(FOOTER_ROOM)
-                    yield path, whole
+                        end = file.read(FOOTER_ROOM)
+                    indexed = end[:9] == MCAP_FOOTER and any(end[9:17])
+                    yield path, indexed if record.suffix == BAG else FOOTER in end

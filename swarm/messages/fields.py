@@ -22,6 +22,7 @@ Text = Annotated[str, Meta(max_length=2000)]
 DRAWING_LIMIT: Final = 200_000  # characters
 Drawing = Annotated[str, Meta(max_length=DRAWING_LIMIT)]
 Point = tuple[Metres, Metres]
+Headings = list[Angle | None]  # for each of some targets; shorter: none for the rest
 
 
 def says(text: str) -> Meta:

@@ -5,7 +5,21 @@ from typing import Annotated, Final
 from msgspec import Meta, Struct
 
 from swarm.messages.enums import Activity, Kind
-from swarm.messages.fields import Angle, Count, Id, Length, Message, Metres, Point, Scale, Seconds, Speed, Text, says
+from swarm.messages.fields import (
+    Angle,
+    Count,
+    Headings,
+    Id,
+    Length,
+    Message,
+    Metres,
+    Point,
+    Scale,
+    Seconds,
+    Speed,
+    Text,
+    says,
+)
 from swarm.messages.traffic import TrafficBroadcast
 
 MOST_STOPS: Final = 1000  # that one robot is assigned
@@ -33,6 +47,10 @@ class Assigned(Struct, frozen=True, kw_only=True, omit_defaults=True):
     number: Annotated[Count, says("its number in this run, from 1; a robot that took it over says this number")]
     stops: Annotated[list[Point], Meta(max_length=MOST_STOPS, description="m; in order; none: the robot is done")]
     home: Annotated[bool, says("the last target is home")] = False
+    headings: Annotated[
+        Headings,
+        Meta(max_length=MOST_STOPS, description="rad; for each stop, the yaw to turn to there; null or none: any"),
+    ] = []
 
 
 class Sense(Message, frozen=True, kw_only=True):

@@ -9,6 +9,7 @@ from swarm.messages.fields import (
     Angle,
     Count,
     Drawing,
+    Headings,
     Id,
     Length,
     Message,
@@ -199,6 +200,10 @@ class Order(Message, frozen=True, kw_only=True):
     update: Annotated[Count, says("version of the order: a higher one replaces a lower one")] = 0
     targets: Annotated[list[Point], Meta(max_length=MOST_STOPS, description="m; in order; at most 100 are accepted")]
     home: Annotated[bool, says("drive home after the last target")] = False
+    headings: Annotated[
+        Headings,
+        Meta(max_length=MOST_STOPS, description="rad; for each target, the yaw to turn to there; null or none: any"),
+    ] = []
 
 
 class RobotAction(Message, frozen=True, kw_only=True):

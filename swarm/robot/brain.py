@@ -5,14 +5,14 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from swarm.fuzzy import Controller
-from swarm.geometry import Pose, distance
+from swarm.geometry import Pose
 from swarm.maps.occupancy import Point
 from swarm.messages import RADIO, STATE, Activity, Assigned, Broadcast, Command, Plan, Sense, State
 from swarm.planning.grid import Grid
 from swarm.robot.driving.cell_pilot import CellPilot
 from swarm.robot.driving.pilot import Pilot, PilotInputs, PilotOutputs
 from swarm.robot.ground import Ground
-from swarm.robot.mission import Mission, Stage
+from swarm.robot.mission import Mission, Stage, is_at
 from swarm.robot.navigator import Navigator
 from swarm.robot.tuning import REPLAN
 from swarm.scenario.load import Scenario
@@ -216,7 +216,7 @@ class Robot:
 
     def _tick_off_stops(self, pose: Pose) -> None:
         mission, laps = self.mission, self.mission.laps
-        while (goal := mission.goal) is not None and distance(pose, goal) <= self._settings.reach:
+        while (goal := mission.goal) is not None and is_at(pose, goal, mission.heading, self._settings.reach):
             if mission.laps > laps:
                 break  # one lap a tick: stops that are left may be so near each other that both are reached at once
             mission.finish_stop(reached=True)
@@ -259,6 +259,7 @@ class Robot:
             pose=pose,
             goal=goal or (mission.stops[-1] if mission.stops else pose[:2]),
             then=mission.then,
+            heading=mission.heading,
             done=goal is None,
             anywhere=goal is None and (mission.number > 0 or self._settings.serve),
             target=min(mission.target, len(mission.stops) - 1),

@@ -7,9 +7,12 @@ from collections.abc import Sequence
 from enum import StrEnum
 from typing import Final
 
+from swarm.geometry import Pose, distance, wrap
 from swarm.maps.occupancy import Point
 from swarm.messages import Assigned
+from swarm.settings import Settings
 
+TURNED: Final = 0.1  # rad; a robot is turned to a heading within this; Nav2's goal checker wants 0.25
 LEAST: Final = 2  # stops of a patrol that were not given up; with fewer it ends
 
 
@@ -53,11 +56,29 @@ TRANSITIONS: Final[dict[Stage, dict[Occasion, Stage]]] = {
 # fmt: on
 
 
+def is_at(pose: Pose, stop: Point, heading: float | None, reach: float) -> bool:
+    """Return True if a robot counts as being at a stop: within ``reach`` [m], and turned to its heading [rad]."""
+    return distance(pose, stop) <= reach and (heading is None or abs(wrap(heading - pose.yaw)) <= TURNED)
+
+
+def heading_at(headings: Sequence[float | None], stop: int) -> float | None:
+    """Return the heading [rad] that is asked for at a stop, None if any will do."""
+    return headings[stop] if stop < len(headings) else None
+
+
+def targets_of_others(settings: Settings, number: int) -> list[Point]:
+    """Return the targets of the other robots [m], without homes: a robot that is done must not stay on one."""
+    if not settings.own_targets:
+        return settings.targets
+    return [stop for other, stops in enumerate(settings.own_targets) if other != number for stop in stops]
+
+
 class Mission:
     """One robot's stage, and which stops it has reached or given up."""
 
     def __init__(self, stops: Sequence[Point], *, returns: bool, patrols: bool = False) -> None:
         self.stops = tuple(stops)
+        self._headings: Sequence[float | None] = ()
         self._returns = returns
         self._patrols = patrols
         self.stage = Stage.READY
@@ -74,9 +95,14 @@ class Mission:
         return self.stops[self.target] if under_way else None
 
     @property
+    def heading(self) -> float | None:
+        """The heading [rad] to turn to at that stop; None: any."""
+        return None if self.goal is None else heading_at(self._headings, self.target)
+
+    @property
     def then(self) -> Point | None:
-        """The stop after that one [m], or None."""
-        if self.goal is None:
+        """The stop after that one [m], to which the robot drives on at once, or None."""
+        if self.goal is None or self.heading is not None:
             return None
         following = self._next_from(self.target + 1)
         if following < len(self.stops):
@@ -107,7 +133,7 @@ class Mission:
         targets = len(assigned.stops) - assigned.home
         home = Occasion.SENT_HOME if assigned.stops else Occasion.NO_STOPS
         self.take(Occasion.ASSIGNED if targets else home)
-        self.stops, self.number = tuple(assigned.stops), assigned.number
+        self.stops, self.number, self._headings = tuple(assigned.stops), assigned.number, assigned.headings
         self._returns, self._patrols = assigned.home, False
         self.reached, self.unreachable, self.target, self.laps = [False] * len(self.stops), [], 0, 0
 

@@ -125,6 +125,11 @@ def checked(raw: object, where: str) -> Settings:
     for number, asked in enumerate(settings.orders):
         if (asked.targets is None) == (asked.do is None):
             raise ConfigError(f"{where}: orders[{number}]: expected either `targets` or `do`; give one")
+        if len(asked.headings) > (most := len(asked.targets or ())):
+            raise ConfigError(
+                f"{where}: orders[{number}].headings: expected at most {most}, one for each target, "
+                f"got {len(asked.headings)}"
+            )
     if sum(kind is not None for kind in (start.area, start.poses, start.circle)) != 1:
         raise ConfigError(f"{where}: start: expected either `area` or `poses` or `circle`; give one of them")
     if settings.patrol:

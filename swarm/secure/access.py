@@ -30,7 +30,7 @@ from swarm.messages import (
     Topic,
 )
 from swarm.messages.topic import below
-from swarm.secure.names import OPERATOR, WATCHER, WORLD
+from swarm.secure.names import BRIDGE, OPERATOR, WATCHER, WORLD
 
 ROBOT: Final = "robot"  # the row of every robot
 FLEET: Final = below("*")  # keys of whatever fleet: a router with an access list serves one fleet, of any name
@@ -82,6 +82,14 @@ RIGHTS: Final = {
         asks=(*LAST, ACTION, EDIT, ORDER, ROBOT_ACTION, POOL, PLACES),
         present_as=None,
         sees="*",
+    ),
+    BRIDGE: Rights(
+        sends=(),
+        answers=(),
+        hears=(CLOCK, MAP, TRUTH, SENSE, PLAN, STATE, EVENT, STATUS, RADIO),
+        asks=(*LAST, ORDER, ROBOT_ACTION),
+        present_as=None,
+        sees="world",
     ),
 }
 

@@ -1,13 +1,14 @@
 """A session with others on a router: bytes on keys, tokens, messages for who comes late."""
 
 from queue import SimpleQueue
+from typing import Any
 
 import pytest
 import zenoh
 import zenoh.ext
 
 from swarm.bus import Endpoint, connect
-from swarm.bus.foreign import WAITING, Foreign
+from swarm.bus.foreign import WAITING, Asked, Foreign
 from swarm.errors import PeerError
 from tests.launch.actors import PATIENCE
 
@@ -60,3 +61,54 @@ def test_who_comes_late_gets_what_is_kept_and_no_more_after_it_is_withdrawn(endp
         assert heard.empty()
         watching.undeclare()  # type: ignore[no-untyped-call]
         listening.undeclare()  # type: ignore[no-untyped-call]
+
+
+def test_a_request_is_answered_at_once_or_later_or_refused(endpoint: Endpoint) -> None:
+    with Foreign(endpoint) as session, connect(endpoint) as other:
+        session.serve("asked", limit=4)
+        replies: SimpleQueue[zenoh.Reply] = SimpleQueue()
+
+        def asked(*payloads: bytes) -> list[Asked]:
+            """Ask as ROS does, until the requests have come."""
+            for payload in payloads:
+                other.get(
+                    "asked", replies.put, payload=payload, attachment=b"mine",
+                    target=zenoh.QueryTarget.ALL_COMPLETE, timeout=PATIENCE,
+                )  # fmt: skip
+            found: list[Asked] = []
+            while len(found) < len(payloads):
+                found += session.asked("asked")
+            return found
+
+        querier: Any = other.declare_querier("asked", target=zenoh.QueryTarget.ALL_COMPLETE)
+        while not querier.matching_status.matching:
+            list(other.liveliness().get("@nobody/*", timeout=PATIENCE))  # the router has answered
+        late, long = asked(b"late", b"long!")
+        assert (late.read(), late.attachment) == (b"late", b"mine")
+        with pytest.raises(PeerError, match="expected at most 4 bytes, got 5"):
+            long.read()
+        long.refuse("no")
+        reply = replies.get(timeout=PATIENCE)
+        assert reply.err is not None
+        assert reply.err.payload.to_bytes() == b"no"
+        late.answer(b"yes", b"yours")
+        reply = replies.get(timeout=PATIENCE)
+        assert reply.ok is not None
+        assert reply.ok.attachment is not None
+        assert (reply.ok.payload.to_bytes(), reply.ok.attachment.to_bytes()) == (b"yes", b"yours")
+
+
+def test_it_is_known_whether_anybody_listens(endpoint: Endpoint) -> None:
+    with Foreign(endpoint) as session, connect(endpoint) as other:
+        session.offer("odom")
+        assert not session.is_heard("odom")
+
+        def until(heard: bool) -> None:
+            while session.is_heard("odom") != heard:
+                list(other.liveliness().get("@nobody/*", timeout=PATIENCE))  # the router has answered
+
+        listening = other.declare_subscriber("odom", zenoh.handlers.RingChannel(1))
+        until(heard=True)
+        listening.undeclare()  # type: ignore[no-untyped-call]
+        until(heard=False)
+        session.withdraw("odom")

@@ -7,12 +7,16 @@ import shlex
 import subprocess
 import sys
 from pathlib import Path
+from platform import python_version
 
 import pytest
 
 from swarm.cli import main
 from swarm.cli.offline import tools
 from swarm.cli.parsing import joined
+from swarm.fingerprint import fingerprint
+from swarm.installed import LIBRARIES
+from swarm.messages import VERSION
 from swarm.messages.schema import kinds
 from tests.cli.saying import Capture, refused
 from tests.shared import DATA, PAPER, ROOT, needs_data
@@ -195,11 +199,14 @@ def test_nobody_complains_when_the_reader_has_gone(name: str) -> None:
     assert process.returncode in {0, 1}
 
 
-def test_the_version_says_whether_the_package_is_compiled(capsys: Capture) -> None:
+def test_the_version_says_whether_the_package_is_compiled_and_what_it_is_made_of(capsys: Capture) -> None:
     with pytest.raises(SystemExit) as ended:
         main(["--version"])
     assert ended.value.code == 0
-    assert re.fullmatch(r"zenoh-swarm [\d.]+ \((plain Python|compiled)\)\n", capsys.readouterr().out)
+    first, made, libraries = capsys.readouterr().out.splitlines()
+    assert re.fullmatch(r"zenoh-swarm [\d.]+ \((plain Python|compiled)\)", first)
+    assert made == f"wire swarm/v{VERSION}, code {fingerprint()}, Python {python_version()}"
+    assert set(LIBRARIES) <= {one.split()[0] for one in libraries.split(", ")}
 
 
 def test_every_message_of_the_wire_is_listed_with_what_it_is(capsys: Capture) -> None:

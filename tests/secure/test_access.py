@@ -11,7 +11,7 @@ from tests.secure.shared import ROBOTS
 
 LIST = access_list(ROBOTS)
 RULES = {rule["id"]: rule for rule in LIST["rules"]}
-EVERYBODY = ("world", "operator", "watcher", *ROBOTS)
+EVERYBODY = ("world", "operator", "watcher", "bridge", *ROBOTS)
 
 
 def may(member: str, message: str, key: str) -> bool:
@@ -51,6 +51,8 @@ ALLOWED = [
     ("operator", "query", "world/pool"), ("world", "declare_queryable", "world/pool"),
     ("operator", "query", "robot/r1/order"), ("operator", "query", "robot/r1/action"), ("world", "declare_queryable", "robot/*/order"),
     ("watcher", "declare_subscriber", "**"), ("watcher", "query", "robot/*/state"), ("watcher", "liveliness_token", "alive/dashboard/dashboard/ab12"),
+    ("bridge", "query", "robot/r1/order"), ("bridge", "query", "robot/r1/action"), ("bridge", "query", "world/map"),
+    ("bridge", "declare_subscriber", "robot/*/sense"), ("bridge", "declare_subscriber", "world/truth"),
 ]
 REFUSED = [
     ("r1", "put", "robot/r2/body"), ("world", "put", "robot/r1/body"), ("r1", "declare_subscriber", "robot/r2/cmd"),
@@ -65,6 +67,9 @@ REFUSED = [
     ("r1", "declare_queryable", "robot/r1/order"), ("watcher", "query", "robot/r1/order"), ("watcher", "query", "robot/r1/action"),
     ("operator", "query", "robot/r1/cmd"),
     ("watcher", "query", "world/join"), ("watcher", "liveliness_token", "alive/robot/r1/ab12"),
+    ("bridge", "query", "world/pool"), ("bridge", "query", "world/join"), ("bridge", "put", "robot/r1/cmd"),
+    ("bridge", "put", "robot/r1/body"), ("bridge", "declare_subscriber", "robot/*/cmd"), ("bridge", "declare_subscriber", "**"),
+    ("bridge", "liveliness_token", "alive/robot/r1/ab12"),
     ("router", "put", "world/clock"), ("stranger", "declare_subscriber", "world/clock"),
 ]
 # fmt: on
@@ -87,5 +92,7 @@ def test_only_the_operator_orders(member: str, topic: Topic) -> None:  # type: i
 
 def test_no_tool_sends_anything() -> None:
     assert [
-        rule for rule in LIST["rules"] if "put" in rule["messages"] and rule["id"].split()[0] in {"operator", "watcher"}
+        rule
+        for rule in LIST["rules"]
+        if "put" in rule["messages"] and rule["id"].split()[0] in {"operator", "watcher", "bridge"}
     ] == []

@@ -17,7 +17,7 @@ Spoil = Callable[[Path], object]
 
 def test_good_keys_pass_for_every_member(tmp_path: Path) -> None:
     fleet_keys(tmp_path / "keys")
-    for name in ("router", "world", "operator", "watcher", "r1", "r2"):
+    for name in ("router", "world", "operator", "watcher", "bridge", "r1", "r2"):
         Identity(tmp_path / "keys", name).check()
 
 

@@ -22,7 +22,7 @@ def test_every_member_gets_keys_that_nobody_else_can_read(tmp_path: Path) -> Non
     finally:
         os.umask(before)
     folder = tmp_path / "new" / "keys"
-    members = {"router", "world", "operator", "watcher", *(f"r{number:02d}" for number in range(1, 11))}
+    members = {"router", "world", "operator", "watcher", "bridge", *(f"r{number:02d}" for number in range(1, 11))}
     assert {path.name for path in folder.iterdir()} == members
     for path in (folder, *folder.rglob("*")):
         assert stat.S_IMODE(path.stat().st_mode) == (0o700 if path.is_dir() else 0o600), path

@@ -267,6 +267,8 @@ FORGED: list[tuple[str, Act, str]] = [  # each way to forge once; test_access.py
     ("r1",       token,        "alive/world/world/ab12"),
     ("watcher",  ask,          "world/action"),
     ("operator", put,          "robot/r1/cmd"),
+    ("bridge",   ask,          "world/edit"),
+    ("bridge",   put,          "robot/r1/cmd"),
 ]
 # fmt: on
 

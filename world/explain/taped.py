@@ -8,6 +8,7 @@ from world.explain.moment import Instant
 from world.explain.past import Next, TakenAnswer
 from world.explain.timeline import Timeline
 from world.replay.keyframes import Keyframes
+from world.replay.outline import Outline
 from world.replay.replay import Replay
 from world.replay.values import ReplayedTick
 from world.tape.reader import TapeFile
@@ -23,8 +24,9 @@ class Taped(Instant):
 
     def __init__(self, file: TapeFile, room: Path | None = None) -> None:
         self.timeline = Timeline(file)
+        outline = Outline.of(file, self.timeline.take)
         self._keyframes = Keyframes(file, room)
-        self.replay = Replay(file)
+        self.replay = Replay(file, outline)
         self._run = self.replay.world.run
         self._next: tuple[int, Mapping[int, Next]] = -1, {}  # at a number of ticks lived
         super().__init__(self.replay.scenario, self.replay.controller)

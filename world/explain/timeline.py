@@ -12,16 +12,31 @@ When = tuple[int, int]  # run and tick
 
 
 class Timeline:
-    """The ticks of a tape, in the order in which the world lived them.
-
-    Raises:
-        ConfigError: a row is none.
-    """
+    """The ticks of a tape, in the order in which the world lived them. Give it every row of the file, in order."""
 
     def __init__(self, file: TapeFile) -> None:
         self._file = file
         self._saved: dict[int, When] = {}  # by row: what the world has saved there
-        self.ticks = [when for when, row in self._rows(file.begin, (file.head.run, 0)) if row.whole]
+        self._next: When = file.head.run, 0  # where the next row begins
+        self.ticks: list[When] = []
+
+    @classmethod
+    def of(cls, file: TapeFile) -> "Timeline":
+        """Read a tape once.
+
+        Raises:
+            ConfigError: a row is none.
+        """
+        timeline = cls(file)
+        for row in file.rows():
+            timeline.take(row)
+        return timeline
+
+    def take(self, row: TapeRow) -> None:
+        """Take in the next row of the tape."""
+        when, self._next = self._place(row, self._next)
+        if row.whole:
+            self.ticks.append(when)
 
     def last(self, run: int | None, tick: int | None) -> int:
         """Return how many ticks the world has lived at the end of a tick: the last life counts, and the last run.
@@ -49,26 +64,26 @@ class Timeline:
         """Return what robots, by number, do next after the end of a tick; others do not answer again in its run."""
         found, born = dict[int, Next](), set[int]()
         run, tick = self.ticks[mark.ticks - 1] if mark.ticks else (self._file.head.run, -1)
-        for (now, at), row in self._rows(mark, (run, tick + 1)):
+        ahead = run, tick + 1
+        for row in self._file.rows(mark):
+            (now, at), ahead = self._place(row, ahead)
             if now != run or len(found) == len(self._file.head.starts):
                 break
             for robot, sensed in _answers(row, at, born):
                 found.setdefault(robot, Next(at, sensed, robot in born))
         return found
 
-    def _rows(self, mark: Mark, when: When) -> Iterator[tuple[When, TapeRow]]:
-        """Yield the rows behind a mark, each with the run and tick in which it ends; ``when`` is that of the first."""
+    def _place(self, row: TapeRow, when: When) -> tuple[When, When]:
+        """Return the run and tick in which a row ends that begins at ``when``, and those in which the next begins."""
         run, tick = when
-        for row in self._file.rows(mark):
-            for item in row.items:
-                if item == RESTART:
-                    run, tick = run + 1, 0
-                elif isinstance(item, list) and item[0] == RESUME:
-                    run, tick = self._saved.get(item[1], (run, tick))
-            if SAVE in row.items:
-                self._saved[row.number] = run, tick
-            yield (run, tick), row
-            tick += row.whole
+        for item in row.items:
+            if item == RESTART:
+                run, tick = run + 1, 0
+            elif isinstance(item, list) and item[0] == RESUME:
+                run, tick = self._saved.get(item[1], (run, tick))
+        if SAVE in row.items:
+            self._saved[row.number] = run, tick
+        return (run, tick), (run, tick + row.whole)
 
 
 def _answers(row: TapeRow, tick: int, born: set[int]) -> Iterator[tuple[int, int]]:

@@ -94,7 +94,7 @@ def as_plan(file: TapeFile) -> tuple[StormPlan, list[str]]:
                 orders.append(
                     OrderSettings(
                         at=at, robot=name, targets=request.targets, home=request.home, id=request.id,
-                        update=request.update,
+                        update=request.update, headings=request.headings,
                     )
                 )  # fmt: skip
             case RobotAction() if name:

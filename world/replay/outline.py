@@ -1,10 +1,10 @@
 """What has to be known of a tape before it is replayed."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Final, NamedTuple
 
 from swarm.messages import Broadcast
-from world.tape.reader import Answered, TapeFile
+from world.tape.reader import Answered, TapeFile, TapeRow
 from world.tape.rows import GIVEN, RESUME
 
 SPARE: Final = 100  # ticks for which senses and broadcasts are kept beside those that are needed
@@ -20,8 +20,8 @@ class Outline(NamedTuple):
     foreign: Mapping[tuple[int, str, int], Broadcast]  # by run, robot and tick
 
     @classmethod
-    def of(cls, file: TapeFile) -> "Outline":
-        """Read a tape once.
+    def of(cls, file: TapeFile, each: Callable[[TapeRow], None] = lambda row: None) -> "Outline":
+        """Read a tape once; ``each`` is called with every row.
 
         Raises:
             ConfigError: a row is none.
@@ -29,6 +29,7 @@ class Outline(NamedTuple):
         ticks, resumed, slowest, memory = 0, set[int](), 0, 0
         foreign = dict[tuple[int, str, int], Broadcast]()
         for row in file.rows():
+            each(row)
             ticks += row.whole
             for item in row.items:
                 if isinstance(item, Answered):

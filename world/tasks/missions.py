@@ -8,10 +8,10 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from swarm.geometry import Pose, distance
+from swarm.geometry import Pose, distance, wrap
 from swarm.maps.occupancy import Point
 from swarm.messages import Activity, Assigned, Command, Order, RobotAction
-from swarm.robot.mission import LEAST
+from swarm.robot.mission import LEAST, heading_at, is_at
 from swarm.settings import Settings
 from world.bodies.said import Said
 from world.measure.recorder import Recorder
@@ -176,11 +176,13 @@ class Missions:
         if command.unreachable != before.unreachable:
             said += self._taken_up(number, before, command)
             self._next(number, command.unreachable)
-        stops = self.orders.rows[number].stops
-        for stop, claimed in enumerate(command.reached[: len(stops)]):
+        row = self.orders.rows[number]
+        for stop, claimed in enumerate(command.reached[: len(row.stops)]):
             if claimed and self.reached_at[number][stop] is None and before.reached[stop : stop + 1] != [True]:
-                away = distance(pose, stops[stop])
-                text = f"says it reached {self.label(number, stop)} but is {away:.2f} m away; not counted"
+                off = f"{distance(pose, row.stops[stop]):.2f} m away"
+                if (heading := heading_at(row.headings, stop)) is not None:
+                    off += f" and {abs(wrap(heading - pose.yaw)):.2f} rad off its heading"
+                text = f"says it reached {self.label(number, stop)} but is {off}; not counted"
                 said.append(Said("false_claim", text, name))
         ours = command.assignment == self.orders.rows[number].number
         done = ours and Activity.DONE is command.activity is not before.activity
@@ -202,7 +204,8 @@ class Missions:
     def is_at_next_stop(self, number: int, pose: Pose) -> bool:
         """Return True if the next stop counts at the end of this tick."""
         stop = self.left[number]
-        return stop is not None and distance(pose, self.orders.rows[number].stops[stop]) <= self._reach
+        row = self.orders.rows[number]
+        return stop is not None and is_at(pose, row.stops[stop], heading_at(row.headings, stop), self._reach)
 
     def tick_off(self, number: int, pose: Pose, given_up: Sequence[int], time: float) -> list[Said]:
         """Count the stops that a robot is at, at a time [s]."""

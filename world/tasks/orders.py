@@ -30,6 +30,7 @@ class LastUpdate(Struct, kw_only=True, forbid_unknown_fields=True):
     number: int
     targets: list[Point]
     home: bool
+    headings: list[float | None] = []
 
 
 class Past(Struct, kw_only=True, forbid_unknown_fields=True):
@@ -50,6 +51,7 @@ class RobotOrder(Struct, kw_only=True, forbid_unknown_fields=True):
     what: str  # for people
     stops: list[Point]
     home: bool  # the last stop is home
+    headings: list[float | None] = []  # rad, to turn to at each stop; None, or none for the last ones: any
     order: bool = False  # they come from an order, not from the scenario or an action
     pooled: bool = False  # they are an errand of the pool, or none because it was taken back
     stopped: bool = False
@@ -113,7 +115,9 @@ class Orders:
     def assigned(self, robot: int) -> Assigned | None:
         """Return the stops that a robot has instead of the scenario's; None: it has those."""
         row = self.rows[robot]
-        return Assigned(number=row.number, stops=row.stops, home=row.home) if row.number else None
+        if not row.number:
+            return None
+        return Assigned(number=row.number, stops=row.stops, home=row.home, headings=row.headings)
 
     def take(
         self,
@@ -154,12 +158,20 @@ class Orders:
                 f"{name}: {what}: expected 1 to {MOST_TARGETS} targets, got {len(order.targets)}; "
                 "send the others in a later order"
             )
+        if len(order.headings) > len(order.targets):
+            raise PeerError(
+                f"{name}: {what}: expected at most {len(order.targets)} headings, one for each target, got "
+                f"{len(order.headings)}"
+            )
         check(order.targets)
-        given = LastUpdate(update=order.update, number=self.last + 1, targets=list(order.targets), home=order.home)
+        given = LastUpdate(
+            update=order.update, number=self.last + 1, targets=list(order.targets), home=order.home,
+            headings=list(order.headings),
+        )  # fmt: skip
         stops = [*order.targets, *((home,) if order.home else ())]
         events = self._replace(robot, now, what, stops, order.home, "superseded")
         row = self.rows[robot]
-        row.order, row.dropped = True, ""
+        row.order, row.dropped, row.headings = True, "", given.headings
         row.given.pop(order.id, None)
         row.given[order.id] = given
         if len(row.given) > REMEMBERED:
@@ -182,7 +194,7 @@ class Orders:
                 f"{name}: {what}: expected update {known.update} or a newer one, which has been accepted (number "
                 f"{known.number}); this one is void"
             )
-        if (list(order.targets), order.home) != (known.targets, known.home):
+        if (list(order.targets), order.home, list(order.headings)) != (known.targets, known.home, known.headings):
             raise PeerError(
                 f"{name}: {what}: expected the targets that were accepted with it (number {known.number}), got others; "
                 "raise the update"
@@ -236,7 +248,7 @@ class Orders:
                 row.older[one.fate] = row.older.get(one.fate, 0) + 1
             del row.past[:-KEPT]
         row.number, row.what, row.stops, row.home, row.order = self.last, what, list(stops), home, False
-        row.pooled = False
+        row.pooled, row.headings = False, []
         if now.done:
             return ()
         left = sum(time is None for time in now.reached)

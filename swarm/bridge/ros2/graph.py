@@ -1,17 +1,46 @@
-"""The bridge's nodes in the graph of ROS: who is announced, and the messages that go out and come in."""
+"""The bridge's nodes in the graph of ROS: who is announced, the messages that go out and come in, and requests."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
 from itertools import count
 from time import time_ns
+from typing import Any, Final
 
 from swarm.bridge.ros2.goals import GOAL_LIMIT
+from swarm.bridge.ros2.topics import RosService, RosTopic
 from swarm.bridge.ros2.types import Types
-from swarm.bridge.ros2.wire import EndpointKind, Node, RosEndpoint, RosTopic, attachment
-from swarm.bus.foreign import Foreign
+from swarm.bridge.ros2.wire import EndpointKind, Node, RosEndpoint
+from swarm.bus.foreign import Asked, Foreign
+from swarm.errors import PeerError
+
+REQUEST_LIMIT: Final = 65_536  # bytes; a goal of 100 poses takes 9,000
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """A request of a client, to be answered once, at once or later."""
+
+    message: Any
+    _ros: Types
+    _type: str  # of the answer
+    _asked: Asked
+    _endpoint: RosEndpoint
+
+    def answer(self, **fields: Any) -> None:  # noqa: ANN401
+        """Send the answer with these fields, all that its type has."""
+        payload = self._ros.serialize(self._type, self._ros.make(self._type, **fields))
+        self._asked.answer(payload, self._endpoint.answering(self._asked.attachment, time_ns()))
+
+    def refuse(self, reason: str) -> None:
+        """Send an error with its reason."""
+        self._asked.refuse(reason)
 
 
 class LiveNode:
-    """A node in one namespace, present in ROS until ``close``, with what it offers and hears."""
+    """A node in one namespace, present in ROS until ``close``, with what it offers, hears and serves.
+
+    What is longer than ``limit`` [bytes] on a topic is refused.
+    """
 
     def __init__(
         self,
@@ -19,41 +48,87 @@ class LiveNode:
         node: Node,
         ros: Types,
         numbers: Iterator[int],
-        offers: Iterable[RosTopic],
-        hears: Iterable[RosTopic],
+        refused: Callable[[str, PeerError], None],
+        offers: Iterable[RosTopic] = (),
+        hears: Iterable[RosTopic] = (),
+        serves: Iterable[RosService] = (),
+        limit: int = GOAL_LIMIT,
     ) -> None:
-        self._session, self._node, self._ros = session, node, ros
+        """Announce it; ``refused`` is told of what comes and is bad."""
+        self._session, self._node, self._ros, self._refused = session, node, ros, refused
         self._offered: dict[str, tuple[RosEndpoint, Iterator[int]]] = {}
         self._heard: dict[str, RosEndpoint] = {}
-        session.announce(node.token)
+        self._served: dict[str, RosEndpoint] = {}
+        self._announce(node.token)
         for topic in offers:
             endpoint = node.endpoint(next(numbers), EndpointKind.PUBLISHER, topic, ros.hash(topic.type))
             session.offer(endpoint.key, kept=1 if topic.qos.is_latched else 0)
-            session.announce(endpoint.token)
+            self._announce(endpoint.token)
             self._offered[topic.name] = endpoint, count(1)
         for topic in hears:
             endpoint = node.endpoint(next(numbers), EndpointKind.SUBSCRIBER, topic, ros.hash(topic.type))
-            session.listen(endpoint.key, limit=GOAL_LIMIT)
-            session.announce(endpoint.token)
+            session.listen(endpoint.key, limit, late=topic.qos.is_latched)
+            self._announce(endpoint.token)
             self._heard[topic.name] = endpoint
+        for service in serves:
+            endpoint = node.endpoint(next(numbers), EndpointKind.SERVICE, service, ros.hash(service.type))
+            session.serve(endpoint.key, limit=REQUEST_LIMIT)
+            self._announce(endpoint.token)
+            self._served[service.name] = endpoint
 
     def send(self, topic: RosTopic, message: object) -> None:
         """Publish a message of a topic that the node offers."""
+        self.put(topic, self._ros.serialize(topic.type, message))
+
+    def put(self, topic: RosTopic, payload: bytes) -> None:
+        """Publish a message as CDR."""
         endpoint, numbers = self._offered[topic.name]
-        attached = attachment(next(numbers), time_ns(), endpoint.gid)
-        self._session.send(endpoint.key, self._ros.serialize(topic.type, message), attached)
+        attached = endpoint.attached(next(numbers), time_ns())
+        self._session.send(endpoint.key, payload, attached)
+
+    def is_heard(self, topic: RosTopic) -> bool:
+        """Return True if anybody subscribes to a topic that the node offers."""
+        return self._session.is_heard(self._offered[topic.name][0].key)
 
     def newest(self, topic: RosTopic) -> bytes | None:
-        """Return the payload that came last on a topic since the last call; None if none came.
+        """Return the payload that came last on a topic since the last call; None if none came, or it is too long."""
+        try:
+            return self._session.newest(self._heard[topic.name].key)
+        except PeerError as fault:
+            self.refuse(topic, fault)
+            return None
 
-        Raises:
-            PeerError: it is too long.
-        """
-        return self._session.newest(self._heard[topic.name].key)
+    def refuse(self, what: RosTopic | RosService, fault: PeerError) -> str:
+        """Count what came on a topic or for a service as bad; return the sentence about it."""
+        text = f"{self._node.namespace.rstrip('/')}/{what.name}: {fault}"
+        self._refused(what.name, PeerError(text))
+        return text
+
+    def requests(self, service: RosService) -> Iterator[Request]:
+        """Yield the requests to a service since the last call; a bad one is refused."""
+        endpoint = self._served[service.name]
+        for asked in self._session.asked(endpoint.key):
+            try:
+                endpoint.answering(asked.attachment, 0)
+                message = self._ros.deserialize(f"{service.type}_Request", asked.read())
+            except PeerError as fault:
+                asked.refuse(self.refuse(service, fault))
+                continue
+            yield Request(message, self._ros, f"{service.type}_Response", asked, endpoint)
+
+    def arrived(self, topic: RosTopic) -> list[bytes | PeerError]:
+        """Return the payloads that came on a topic since the last call, or an error for one that is too long."""
+        return self._session.arrived(self._heard[topic.name].key)
 
     def close(self) -> None:
         """Withdraw the node and all that it has announced."""
-        for endpoint in (*(one for one, _ in self._offered.values()), *self._heard.values()):
-            self._session.withdraw(endpoint.token)
+        for endpoint in (*(one for one, _ in self._offered.values()), *self._heard.values(), *self._served.values()):
+            if endpoint.token is not None:
+                self._session.withdraw(endpoint.token)
             self._session.withdraw(endpoint.key)
-        self._session.withdraw(self._node.token)
+        if self._node.token is not None:
+            self._session.withdraw(self._node.token)
+
+    def _announce(self, token: str | None) -> None:
+        if token is not None:
+            self._session.announce(token)

@@ -2,48 +2,62 @@
 
 from collections.abc import Callable
 from itertools import count
-from time import time_ns
-from typing import Final
+from time import monotonic, time_ns
+from typing import Any, Final
 from uuid import uuid4
 
+from swarm.bridge.cdr.layouts import SECOND
 from swarm.bridge.folding import FLEET
-from swarm.bridge.following import Follower
-from swarm.bridge.ros2.convert import SECOND, Said, converted
+from swarm.bridge.following import LISTEN, ORDERED, Follower
+from swarm.bridge.names import namespaces
+from swarm.bridge.ros2 import navigator
+from swarm.bridge.ros2.convert import Converter, Said
 from swarm.bridge.ros2.goals import ordered
 from swarm.bridge.ros2.graph import LiveNode
-from swarm.bridge.ros2.topics import CLOCK, GOAL, HEARD, OF_FLEET, OF_ROBOT
+from swarm.bridge.ros2.navigator import ANSWER, Navigator
+from swarm.bridge.ros2.node_services import WITH_STATE, answer, services
+from swarm.bridge.ros2.topics import CLOCK, GOAL, HEARD, INITIAL_POSE, OF_FLEET, OF_ROBOT, RosService, RosTopic
 from swarm.bridge.ros2.types import Types
-from swarm.bridge.ros2.wire import Node, RosTopic, namespaces
+from swarm.bridge.ros2.wire import NODE, Dialect, Node
 from swarm.bus import Bus, Endpoint
 from swarm.bus.foreign import Foreign
 from swarm.bus.losses import Ledger
 from swarm.errors import PeerError
-from swarm.messages import ORDER
+from swarm.geometry import Pose
+from swarm.messages import ORDER, Truth
 from swarm.stopping import told_to_stop
 
-ANSWER: Final = 2.0  # s to wait for the world's answer to an order; meanwhile nothing goes out
+HEED: Final = 0.01  # s between two looks at what ROS asks of robots: each costs a call for each topic and service
+ATTEND: Final = 0.1  # s between two looks at what it asks of nodes
 
 
 def run(
     endpoint: Endpoint,
     fleet: str,
-    router: Endpoint,
-    domain: int,
-    distro: str,
+    router: Endpoint | None = None,
+    domain: int = 0,
+    distro: str = "jazzy",
     *,
+    dialect: Dialect = Dialect.RMW_ZENOH,
     wall_time: bool = False,
+    final_turn: bool = False,
     log: Callable[[str], None] = print,
 ) -> int:
-    """Show a fleet to ROS, on another router or the same, until its run is over or we are told to stop.
+    """Show a fleet to ROS, on another router or, with None, the same, until its run is over or we are told to stop.
 
     Stamps are those of the run, which ``/clock`` tells; with ``wall_time`` those of this machine, without ``/clock``.
+    With ``final_turn`` a robot turns to the yaw of a goal.
 
     Raises:
         ConfigError: one of the routers does not answer.
     """
+    router = endpoint if router is None else router
     with told_to_stop() as stop, Bus(endpoint, fleet, log) as bus, Foreign(router) as session:
-        bridge = Bridge(bus, session, Types(distro), domain, wall_time=wall_time, log=log)
-        log(f"fleet {fleet} is in ROS domain {domain} ({distro}) on {router}")
+        bridge = Bridge(
+            bus, session, Types(distro), domain, dialect=dialect, wall_time=wall_time, turns=final_turn, log=log
+        )
+        how = f"in ROS domain {domain} ({distro})" if dialect is Dialect.RMW_ZENOH else f"as {dialect} has robots"
+        log(f"fleet {fleet} is {how} on {router}")
         bridge.follow(stop.is_set)
     return 0
 
@@ -52,30 +66,52 @@ class Bridge:
     """A fleet in the graph of ROS: a node for the fleet, and one for each robot."""
 
     def __init__(
-        self, bus: Bus, session: Foreign, ros: Types, domain: int, *, wall_time: bool, log: Callable[[str], None]
+        self,
+        bus: Bus,
+        session: Foreign,
+        ros: Types,
+        domain: int,
+        *,
+        dialect: Dialect,
+        wall_time: bool,
+        turns: bool,
+        log: Callable[[str], None],
     ) -> None:
-        self._bus, self._session, self._ros, self._domain = bus, session, ros, domain
-        self._wall_time, self._log = wall_time, log
+        self._bus, self._session, self._ros, self._domain, self._dialect = bus, session, ros, domain, dialect
+        self._wall_time, self._turns, self._log = wall_time, turns, log
+        self._converter = Converter(wants=self._wants)
         self._ledger = Ledger(log)
-        self._fleet = Follower(bus, log)
+        self._fleet = Follower(bus, log, (*LISTEN, *ORDERED))
         self._fold = self._fleet.fold
-        self._numbers = count()  # of nodes, publishers and subscribers in this session
+        self._numbers = count()  # of nodes, publishers, subscribers and services in this session
         self._robots: tuple[str, ...] = ()  # that ROS sees, or was to see
         self._spaces: dict[str, str] = {}  # by robot
         self._refused: dict[str, str] = {}  # robots without a namespace
-        self._nodes: dict[str, LiveNode] = {FLEET: self._node("/", tuple(
-            topic for topic in OF_FLEET if topic is not CLOCK or not wall_time
-        ), ())}  # fmt: skip
+        self._poses: dict[str, Pose] = {}  # of the last truth
+        offered = tuple(topic for topic in OF_FLEET if topic is not CLOCK or not wall_time)
+        self._attended: dict[str, dict[str, LiveNode]] = {}  # by robot and name: what tools ask of nodes
+        self._nodes: dict[str, LiveNode] = {FLEET: self._main_node(FLEET, "/", offers=offered)}
+        self._navigators: dict[str, Navigator] = {}  # by robot
+        self._heed_at = self._attend_at = 0.0  # s, when to look again at what ROS asks
 
     def follow(self, stopped: Callable[[], bool]) -> None:
         """Hand on all that comes, in both directions, until the run is over."""
         while not stopped() and not self._fold.over:
-            self._fleet.take_in()
+            for errand, end in self._fleet.take_in(HEED):
+                if errand.robot in self._navigators:
+                    self._navigators[errand.robot].end(errand, end)
             self._show_robots()
             self._speak()
-            for robot in self._spaces:
-                self._heed(robot)
+            now = monotonic()
+            if now >= self._heed_at:
+                self._heed_at = now + HEED
+                self._heed()
+            if now >= self._attend_at:
+                self._attend_at = now + ATTEND
+                self._attend()
             self._ledger.flush()
+        for one in self._navigators.values():
+            one.abort("the run is over" if self._fold.over else "the bridge ends")
         if self._fold.over:
             self._log("the run is over")
 
@@ -88,40 +124,93 @@ class Bridge:
         for robot in refused.keys() - self._refused.keys():
             self._log(f"{robot} is not in ROS: its name there would be that of {refused[robot]}; rename one of them")
         for robot in self._spaces.keys() - spaces.keys():
-            self._nodes.pop(robot).close()
+            self._navigators.pop(robot).abort("the run has that robot no more")
+            del self._nodes[robot]
+            for node in self._attended.pop(robot).values():
+                node.close()
         for robot, space in spaces.items():
             if robot not in self._spaces:
-                self._nodes[robot] = self._node(space, OF_ROBOT, HEARD)
+                node = self._main_node(
+                    robot, space, offers=(*OF_ROBOT, *navigator.OFFERED), hears=HEARD, serves=navigator.SERVED
+                )
+                self._nodes[robot] = node
+                for name in WITH_STATE:
+                    self._attended[robot][name] = self._node(space, name, serves=services(name))
+                self._navigators[robot] = Navigator(
+                    robot, node, self._ros, self._bus, self._fleet.errands, self._log, turns=self._turns
+                )  # fmt: skip
         self._spaces, self._refused = spaces, refused
+        self._converter.show(spaces)
+        for said in self._converter.still(self._at(self._fold.time)):
+            self._send(said)
 
     def _speak(self) -> None:
         for message, robot, time in self._fold.said():
-            at = time_ns() if self._wall_time else round(time * SECOND)
             assert self._fold.settings is not None, "nothing is said without them"
+            if isinstance(message, Truth):
+                self._poses = {body.robot: Pose(body.x, body.y, body.yaw) for body in message.bodies}
             try:
-                for said in converted(self._ros, message, robot, self._spaces, self._fold.settings, at):
+                for said in self._converter.converted(message, robot, self._fold.settings, self._at(time)):
                     self._send(said)
             except PeerError as fault:
                 self._ledger.refuse(type(message).__name__, fault)
 
-    def _send(self, said: Said) -> None:
-        if said.topic is not CLOCK or not self._wall_time:
-            self._nodes[said.robot].send(said.topic, said.message)
+    def _at(self, time: float) -> int:
+        """Return the stamp [ns] of what was so at a time of the run [s]."""
+        return time_ns() if self._wall_time else round(time * SECOND)
 
-    def _heed(self, robot: str) -> None:
+    def _wants(self, robot: str, topic: RosTopic) -> bool:
+        return (topic is not CLOCK or not self._wall_time) and self._nodes[robot].is_heard(topic)
+
+    def _send(self, said: Said) -> None:
+        self._nodes[said.robot].put(said.topic, said.payload)
+
+    def _heed(self) -> None:
+        """Take what ROS asks of the robots, and tell how far they are with it."""
+        settings = self._fold.settings
+        for robot, one in self._navigators.items():
+            self._heed_topics(robot)
+            one.heed(self._fold.run, self._at(self._fold.time))
+            if settings is not None and robot in self._poses:
+                one.tell(self._poses[robot], settings.robot.top_speed, self._at(self._fold.time))
+
+    def _heed_topics(self, robot: str) -> None:
         """Send the last goal of a robot to the world as an order, and log the answer."""
+        node = self._nodes[robot]
+        if node.newest(INITIAL_POSE) is not None:
+            node.refuse(INITIAL_POSE, PeerError("the world knows where robots are: no pose is taken from outside"))
+        if (payload := node.newest(GOAL)) is None:
+            return
         try:
-            if (payload := self._nodes[robot].newest(GOAL)) is None:
-                return
-            order = ordered(self._ros, payload, uuid4().hex)
+            order = ordered(self._ros, payload, uuid4().hex, turns=self._turns)
         except PeerError as fault:
-            self._ledger.refuse(GOAL.name, PeerError(f"{self._spaces[robot]}/{GOAL.name}: {fault}"))
+            node.refuse(GOAL, fault)
             return
         try:
             self._log(self._bus.ask(ORDER, order, timeout=ANSWER, robot=robot).text)
         except PeerError as fault:
             self._log(str(fault))
 
-    def _node(self, namespace: str, offers: tuple[RosTopic, ...], hears: tuple[RosTopic, ...]) -> LiveNode:
-        node = Node(domain=self._domain, session=self._session.id, number=next(self._numbers), namespace=namespace)
-        return LiveNode(self._session, node, self._ros, self._numbers, offers, hears)
+    def _attend(self) -> None:
+        """Answer what tools ask of nodes."""
+        known = {"use_sim_time": not self._wall_time}
+        for nodes in self._attended.values():
+            for name, node in nodes.items():
+                for service in services(name):
+                    for request in node.requests(service):
+                        request.answer(**answer(self._ros, service, request.message, known))
+
+    def _main_node(
+        self, robot: str, namespace: str, offers: tuple[RosTopic, ...], hears: tuple[RosTopic, ...] = (),
+        serves: tuple[RosService, ...] = (),
+    ) -> LiveNode:  # fmt: skip
+        node = self._node(namespace, NODE, offers=offers, hears=hears, serves=(*serves, *services(NODE)))
+        self._attended[robot] = {NODE: node}
+        return node
+
+    def _node(self, namespace: str, name: str, **what: Any) -> LiveNode:  # noqa: ANN401
+        node = Node(
+            domain=self._domain, session=self._session.id, number=next(self._numbers), namespace=namespace, name=name,
+            dialect=self._dialect,
+        )  # fmt: skip
+        return LiveNode(self._session, node, self._ros, self._numbers, self._ledger.refuse, **what)

@@ -1,48 +1,31 @@
-"""The wire of rmw_zenoh: keys, liveliness tokens, QoS as text, GIDs and attachments. Pure.
+"""The wire of rmw_zenoh: keys, liveliness tokens, QoS as text, GIDs and attachments; and that of ros2dds. Pure.
 
 Source: rmw_zenoh's docs/design.md, liveliness_utils.cpp, attachment_helpers.cpp and qos.cpp, as of Jazzy 0.2.4 and
-Kilted 0.6.0. Before these versions an attachment had another form.
+Kilted 0.6.0. Before these versions an attachment had another form. And what free_fleet expects of zenoh-bridge-ros2dds.
 """
 
-import re
 import struct
-from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Final, NamedTuple
+from typing import Final
 
 from xxhash import xxh3_128_intdigest
 
-NODE: Final = "swarm_bridge"  # the name of the bridge's node in each namespace
+from swarm.bridge.ros2.topics import RosService, RosTopic
+from swarm.errors import PeerError
+
+NODE: Final = "swarm_bridge"  # the usual name of the bridge's node in each namespace
 ENCLAVE: Final = "%"  # of security: none
 ATTACHED: Final = struct.Struct("<qqB16s")  # number of the message, ns of its sending, length of the GID, the GID
 GID_LENGTH: Final = 16  # bytes
+GID_AT: Final = 16  # bytes before the length of the GID in an attachment
 
 
-class Qos(StrEnum):
-    """The qualities of service that the bridge offers, in the text of a token: empty is rmw_zenoh's default.
+class Dialect(StrEnum):
+    """How ROS travels over Zenoh."""
 
-    The parts are reliability (2: best effort), durability (1: transient local), history and depth; then deadline,
-    lifespan and liveliness.
-    """
-
-    DEFAULT = "::,10:,:,:,,"
-    LATCHED = ":1:,1:,:,:,,"
-    SENSOR = "2::,5:,:,:,,"
-    TF = "::,100:,:,:,,"  # tf2's own
-
-    @property
-    def is_latched(self) -> bool:
-        """True if who comes late gets the last message."""
-        return self is Qos.LATCHED
-
-
-class RosTopic(NamedTuple):
-    """A topic of ROS, below the namespace of its node."""
-
-    name: str
-    type: str
-    qos: Qos = Qos.DEFAULT
+    RMW_ZENOH = "rmw_zenoh"  # ROS's own middleware: a key has the type and its hash, tokens tell who is there
+    ROS2DDS = "ros2dds"  # as zenoh-bridge-ros2dds does, for free_fleet: a key is the name, nothing is attached
 
 
 class EndpointKind(StrEnum):
@@ -50,6 +33,7 @@ class EndpointKind(StrEnum):
 
     PUBLISHER = "MP"
     SUBSCRIBER = "MS"
+    SERVICE = "SS"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -60,38 +44,59 @@ class Node:
     session: str  # the id of its Zenoh session
     number: int  # unique in the session
     namespace: str  # "/r1"; "/" is that of the fleet
+    name: str = NODE
+    dialect: Dialect = Dialect.RMW_ZENOH
 
     @property
-    def token(self) -> str:
-        """The key of its liveliness token."""
+    def token(self) -> str | None:
+        """The key of its liveliness token; None: the dialect has none."""
         return self._token(self.number, "NN")
 
-    def endpoint(self, number: int, kind: EndpointKind, topic: RosTopic, type_hash: str) -> "RosEndpoint":
-        """Return a publisher or a subscriber of this node; the number is unique in the session."""
-        name = f"{self.namespace.rstrip('/')}/{topic.name}"
-        kept = f"{dds(topic.type)}/{type_hash}"
-        return RosEndpoint(
-            key=f"{self.domain}{name}/{kept}",
-            token=f"{self._token(number, kind)}/{mangled(name)}/{kept}/{topic.qos}",
-        )
+    def endpoint(self, number: int, kind: EndpointKind, what: RosTopic | RosService, type_hash: str) -> "RosEndpoint":
+        """Return a publisher, a subscriber or a service of this node; the number is unique in the session."""
+        name = f"{self.namespace.rstrip('/')}/{what.name}"
+        kept = f"{dds(what.type)}/{type_hash}"
+        if (token := self._token(number, kind)) is None:
+            return RosEndpoint(key=name[1:], token=None)
+        return RosEndpoint(key=f"{self.domain}{name}/{kept}", token=f"{token}/{mangled(name)}/{kept}/{what.qos}")
 
-    def _token(self, number: int, kind: str) -> str:
-        place = f"{ENCLAVE}/{mangled(self.namespace)}/{NODE}"
+    def _token(self, number: int, kind: str) -> str | None:
+        if self.dialect is Dialect.ROS2DDS:
+            return None
+        place = f"{ENCLAVE}/{mangled(self.namespace)}/{self.name}"
         return f"@ros2_lv/{self.domain}/{self.session}/{self.number}/{number}/{kind}/{place}"
 
 
 @dataclass(frozen=True, slots=True)
 class RosEndpoint:
-    """A publisher or a subscriber of ROS."""
+    """A publisher, a subscriber or a service of ROS."""
 
     key: str  # of its messages
-    token: str  # of its liveliness
+    token: str | None  # of its liveliness; None: the dialect has none, and attaches nothing
 
     @property
     def gid(self) -> bytes:
         """Its global id: XXH3-128 of the token's key, the low half first, each half little-endian."""
-        digest: int = xxh3_128_intdigest(self.token.encode())
+        digest: int = xxh3_128_intdigest((self.token or self.key).encode())
         return digest.to_bytes(GID_LENGTH, "little")
+
+    def attached(self, number: int, sent: int) -> bytes | None:
+        """Return what is attached to a message of it: see ``attachment``; None: nothing."""
+        return None if self.token is None else attachment(number, sent, self.gid)
+
+    def answering(self, request: bytes | None, sent: int) -> bytes | None:
+        """Return what is attached to the answer to a request: the request's own number and GID; None: nothing.
+
+        Raises:
+            PeerError: what is attached to the request is not what rmw_zenoh attaches.
+        """
+        if self.token is None:
+            return None
+        if request is None or len(request) != ATTACHED.size or request[GID_AT] != GID_LENGTH:
+            came = "nothing" if request is None else f"{len(request)} bytes"
+            raise PeerError(f"expected an attachment of {ATTACHED.size} bytes, as rmw_zenoh's, got {came}")
+        number, _, _, gid = ATTACHED.unpack(request)
+        return attachment(number, sent, gid)
 
 
 def attachment(number: int, sent: int, gid: bytes) -> bytes:
@@ -119,25 +124,3 @@ def mangled(name: str) -> str:
     ('%r1%odom', '%')
     """
     return name.replace("/", "%")
-
-
-def namespaces(robots: Iterable[str]) -> tuple[dict[str, str], dict[str, str]]:
-    """Return the namespace of each robot, and who has it already for each robot that cannot have its own.
-
-    A name of ROS has only letters, digits and single underscores and begins with a letter; ours has ``.``, ``:`` and
-    ``-`` too.
-
-    >>> namespaces(["r1", "arm-2", "arm.2", "7"])
-    ({'r1': '/r1', 'arm-2': '/arm_2', '7': '/r7'}, {'arm.2': 'arm-2'})
-    """
-    given: dict[str, str] = {}
-    owners: dict[str, str] = {}
-    refused: dict[str, str] = {}
-    for robot in robots:
-        name = re.sub("[^A-Za-z0-9]+", "_", robot).strip("_")
-        name = name if name[:1].isalpha() else f"r{name}"
-        if name in owners:
-            refused[robot] = owners[name]
-        else:
-            owners[name], given[robot] = robot, f"/{name}"
-    return given, refused

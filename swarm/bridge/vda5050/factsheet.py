@@ -4,6 +4,7 @@ from typing import Any, Final
 
 from swarm.bridge.vda5050 import messages as vda
 from swarm.bridge.vda5050.vehicle import ASKS, TELLS
+from swarm.robot.mission import TURNED
 from swarm.settings import Settings
 
 MOST_TARGETS: Final = 100  # the world's limit of an order
@@ -58,6 +59,11 @@ def factsheet(settings: Settings, every: float, shown_every: float | None) -> di
                     "parameter": "order.nodes.nodePosition.allowedDeviationXY",
                     "support": "SUPPORTED",
                     "description": f"of the first node; all others are reached within {settings.reach:g} m",
+                },
+                {
+                    "parameter": "order.nodes.nodePosition.theta",
+                    "support": "SUPPORTED",
+                    "description": f"of all nodes but the first: the vehicle turns to it there, within {TURNED:g} rad",
                 },
             ],
             "agvActions": [{"actionType": kind, "actionScopes": ["INSTANT"]} for kind in (*ASKS, *TELLS)],

@@ -8,6 +8,7 @@ from typing import Final, NamedTuple
 
 from swarm.bridge.vda5050 import messages as vda
 from swarm.geometry import Pose, distance
+from swarm.robot.mission import TURNED
 
 VALIDATION: Final = "validationError"  # the standard's names of errors
 ORDER: Final = "orderError"
@@ -185,7 +186,9 @@ def _ignored(order: vda.Order, reach: float) -> tuple[str, ...]:
     """Return the fields of an order that a robot does not heed: it plans its own way, at its own speed."""
     positions = [node.node_position for node in order.nodes[1:] if node.node_position is not None]
     found = {
-        "nodePosition.theta": any(at.theta is not None for at in positions),
+        f"nodePosition.allowedDeviationTheta below {TURNED:g} rad": any(
+            at.theta is not None and 0.0 < (at.allowed_deviation_theta or 0.0) < TURNED for at in positions
+        ),
         f"nodePosition.allowedDeviationXY below {reach:g} m": any(
             at.allowed_deviation is not None and 0.0 < at.allowed_deviation < reach for at in positions
         ),

@@ -126,8 +126,12 @@ class Vehicle:
             self._begin(order, verdict)
             return None
         name = f"{UNFIT.sub('_', order.order_id)[:LONGEST]}.{fresh}"
-        targets = [(at.x, at.y) for node in verdict.base if (at := node.node_position) is not None]
-        return Ask(Order(id=name, update=order.order_update_id, targets=targets), order, verdict)
+        places = [at for node in verdict.base if (at := node.node_position) is not None]
+        request = Order(
+            id=name, update=order.order_update_id, targets=[(at.x, at.y) for at in places],
+            headings=[at.theta for at in places] if any(at.theta is not None for at in places) else [],
+        )  # fmt: skip
+        return Ask(request, order, verdict)
 
     def act(self, actions: Iterable[vda.Action]) -> list[Ask]:
         """Take in instant actions; return what the world is to be asked for them."""

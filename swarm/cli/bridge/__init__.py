@@ -2,10 +2,10 @@
 
 from typing import Final
 
-from swarm.cli.bridge import ros2, vda5050
+from swarm.cli.bridge import foxglove, ros2, vda5050
 from swarm.cli.parsing import Commands, Parser
 
-OTHERS: Final = (ros2, vda5050)
+OTHERS: Final = (ros2, foxglove, vda5050)
 
 
 def add(commands: "Commands[Parser]") -> None:

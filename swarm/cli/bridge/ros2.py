@@ -2,18 +2,22 @@
 
 import argparse
 
+from swarm.cli.bridge.body import body, check, of_a_body
 from swarm.cli.finding import of_a_client, place
 from swarm.cli.parsing import Commands, Parser, endpoint
 from swarm.errors import ConfigError
 from swarm.installed import without
-from swarm.secure.names import OPERATOR
+from swarm.secure.names import BRIDGE
 
-DISTROS = ("jazzy", "kilted")
+DISTROS = ("jazzy", "kilted", "lyrical")
+DIALECTS = ("rmw_zenoh", "ros2dds")
+CLOCKS = ("run", "wall")
 DOMAINS = range(233)  # ROS_DOMAIN_ID of all platforms: 0 to 232
 
 
 def bridge(options: argparse.Namespace) -> int:
     """Show a fleet to ROS 2 until its run is over or we are told to stop."""
+    check(options)
     if options.secure is not None and options.ros is None:
         raise ConfigError(
             "--secure: expected --ros ENDPOINT too, got none: the router of a fleet with keys serves no others; "
@@ -21,11 +25,17 @@ def bridge(options: argparse.Namespace) -> int:
         )
     if (lacks := without("ros2")) is not None:
         raise ConfigError(f"bridge ros2: {lacks}")
+    if options.body is not None:
+        return body(options)
     from swarm.bridge.ros2.process import run
+    from swarm.bridge.ros2.wire import Dialect
 
-    router, fleet = place(options, OPERATOR)
-    ros = router if options.ros is None else endpoint(options.ros, None, OPERATOR)
-    return run(router, fleet, ros, options.domain, options.distro, wall_time=options.wall_time)
+    router, fleet = place(options, BRIDGE)
+    ros = router if options.ros is None else endpoint(options.ros, None, BRIDGE)
+    return run(
+        router, fleet, ros, options.domain, options.distro, dialect=Dialect(options.dialect),
+        wall_time=options.clock == "wall", final_turn=options.final_turn,
+    )  # fmt: skip
 
 
 def domain(text: str) -> int:
@@ -41,13 +51,20 @@ def domain(text: str) -> int:
 
 def add(commands: "Commands[Parser]") -> None:
     """Add this command below `swarm bridge`."""
-    said = "show a running fleet to ROS 2 over rmw_zenoh, and take goals from it"
+    said = "show a running fleet to ROS 2 over Zenoh, and take goals from it"
     one = commands.add_parser("ros2", help=said, description=f"{said}; see docs/ros2.md")
     of_a_client(one)
     text = "router of ROS, tcp/HOST:PORT; by default the fleet's"
     one.add_argument("--ros", metavar="ENDPOINT", help=text)
     one.add_argument("--domain", type=domain, default=0, metavar="N", help="ROS_DOMAIN_ID; 0 by default")
     one.add_argument("--distro", choices=DISTROS, default=DISTROS[0], help=f"of ROS; {DISTROS[0]} by default")
-    text = "stamps are of this machine's clock and not of the run's, and there is no /clock"
-    one.add_argument("--wall-time", action="store_true", help=text)
+    text = (
+        "how ROS travels: as its own middleware does, by default, or as zenoh-bridge-ros2dds, for Open-RMF's free_fleet"
+    )
+    one.add_argument("--dialect", choices=DIALECTS, default=DIALECTS[0], help=text)
+    text = "whose time stamps have: the run's, by default, which /clock tells; or this machine's, without /clock"
+    one.add_argument("--clock", choices=CLOCKS, default=CLOCKS[0], help=text)
+    text = "a robot turns to the yaw of a goal, within 0.1 rad, before the goal counts; else it stands as it came"
+    one.add_argument("--final-turn", action="store_true", help=text)
+    of_a_body(one)
     one.set_defaults(command=bridge)

@@ -9,7 +9,7 @@ from swarm.cli.finding import of_a_client, place
 from swarm.cli.parsing import Commands, Parser
 from swarm.errors import ConfigError
 from swarm.installed import without
-from swarm.secure.names import OPERATOR
+from swarm.secure.names import BRIDGE
 
 BROKER: Final = "127.0.0.1:1883"
 PORTS: Final = range(1, 65536)
@@ -36,7 +36,7 @@ def bridge(options: argparse.Namespace) -> int:
     host, port = options.broker
     names = Names(options.interface, options.manufacturer, options.map_id)
     every = None if options.visualization is None else 1 / options.visualization
-    return run(*place(options, OPERATOR), Broker(host, port, options.user, password, tls), names, every)
+    return run(*place(options, BRIDGE), Broker(host, port, options.user, password, tls), names, every)
 
 
 def broker(text: str) -> tuple[str, int]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from swarm.cli.parsing import Commands, Parser, endpoint, pace, secure
 from swarm.errors import ConfigError
 from swarm.secure.names import ROUTER, WORLD
-from swarm.settings import MOST_ROBOTS, TAPE
+from swarm.settings import BAG, MOST_ROBOTS, TAPE
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -61,11 +61,13 @@ def _launched(options: argparse.Namespace, source: "Source") -> int:
             rules=options.rules,
             record=_recorded(options.record, ".rrd"),
             tape=_recorded(options.record, TAPE),
+            bag=_recorded(options.record, BAG),
             report=options.report,
             port=options.port,
             fleet=options.fleet,
             secure=options.secure,
             outside=options.body,
+            bridges=options.bridge,
             quiet=options.quiet,
             delay=None if options.delay is None else Delay.parse(options.delay),
         )
@@ -153,12 +155,12 @@ def robot(options: argparse.Namespace) -> int:
 
 
 def _recorded(files: "Sequence[Path]", ending: str) -> Path | None:
-    """Return the file of ``--record`` that has an ending; one that is no tape is the dashboard's.
+    """Return the file of ``--record`` that has an ending; one that is no tape and no bag is the dashboard's.
 
     Raises:
         ConfigError: there are two.
     """
-    found = [file for file in files if (file.suffix == TAPE) == (ending == TAPE)]
+    found = [file for file in files if file.suffix == ending or (ending == ".rrd" and file.suffix not in {TAPE, BAG})]
     if len(found) > 1:
         raise ConfigError(f"--record: expected one file that ends in {ending}, got {', '.join(map(str, found))}")
     return found[0] if found else None
@@ -242,10 +244,13 @@ def _of_a_launch(parser: Parser) -> None:
     _of_a_run(parser)
     text = "robots that share a process, 1 by default; if one of them fails, all of them are started again"
     parser.add_argument("--robots-per-process", type=int, default=1, metavar="K", help=text)
+    text = "show the fleet to other software, too: what `swarm bridge` of that name does, on the fleet's own router"
+    parser.add_argument("--bridge", choices=("ros2",), action="append", default=[], help=text)
     parser.add_argument("--quiet", action="store_true", help="print only addresses, trouble and the summary")
     parser.add_argument("--rules", metavar="ROBOT", help="robot whose fired rules are shown; by default the first")
-    text = "save the run: its tape as FILE.swarm, which `swarm replay` and others open, or what the dashboard draws"
-    parser.add_argument("--record", type=Path, metavar="FILE.swarm|FILE.rrd", action="append", default=[], help=text)
+    text = "save the run: FILE.swarm, its tape, for `swarm replay`; FILE.mcap, a bag of ROS 2; FILE.rrd, as it is drawn"
+    files = "FILE.swarm|FILE.mcap|FILE.rrd"
+    parser.add_argument("--record", type=Path, metavar=files, action="append", default=[], help=text)
     parser.add_argument("--port", type=int, default=0, help="port of the router; 0 picks a free one")
     text = "try a slow network: what robots send and receive is so much later, each way, give or take JITTER"
     parser.add_argument("--delay", metavar="MS[,JITTER]", help=text)

@@ -11,6 +11,7 @@ def keys(options: argparse.Namespace) -> int:
     """Make the keys of a fleet in a new folder."""
     from swarm.scenario.starts import names
     from swarm.secure.keys import make
+    from swarm.secure.names import ROLES
 
     if not 1 <= options.robots <= 1000:
         raise ConfigError(f"--robots: expected 1 to 1000, got {options.robots}")
@@ -18,9 +19,7 @@ def keys(options: argparse.Namespace) -> int:
         raise ConfigError(f"--days: expected more than 0 and at most 3650, got {options.days:g}")
     robots = names(options.robots)
     make(options.folder, robots, options.host, options.days)
-    print(
-        f"{options.folder}: keys for {options.days:g} days, for router, world, operator, watcher, {', '.join(robots)}"
-    )
+    print(f"{options.folder}: keys for {options.days:g} days, for {', '.join((*ROLES, *robots))}")
     return 0
 
 

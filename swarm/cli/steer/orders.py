@@ -4,7 +4,7 @@ import argparse
 from uuid import uuid4
 
 from swarm.cli.finding import fleet_bus, of_a_client, tell
-from swarm.cli.parsing import Commands, Parser, point
+from swarm.cli.parsing import Commands, Parser, point, stop_at
 from swarm.cli.steer.control import button
 from swarm.secure.names import OPERATOR
 
@@ -22,7 +22,10 @@ def order(options: argparse.Namespace) -> int:
     from swarm.messages import ORDER, Order
 
     name = options.id or uuid4().hex
-    request = Order(id=name, update=options.update, targets=options.targets, home=options.home)
+    targets, headings = [(x, y) for x, y, _ in options.targets], [yaw for _, _, yaw in options.targets]
+    while headings and headings[-1] is None:
+        headings.pop()
+    request = Order(id=name, update=options.update, targets=targets, home=options.home, headings=headings)
     with fleet_bus(options, OPERATOR) as bus:
         run = waiting.listen(bus, options.robot) if options.wait else 0  # before the request: nothing is missed
         reply = bus.ask(ORDER, request, robot=options.robot)
@@ -55,7 +58,8 @@ def add(commands: "Commands[Parser]") -> None:
     """Add these commands to the command line."""
     one = commands.add_parser("order", help="give a robot of a running fleet new targets")
     one.add_argument("robot", metavar="ROBOT")
-    one.add_argument("targets", type=point, nargs="+", metavar="X,Y", help="m; visited in order")
+    text = "m; visited in order; with a YAW [rad; 0 along x, left is positive] the robot turns to that there"
+    one.add_argument("targets", type=stop_at, nargs="+", metavar="X,Y[,YAW]", help=text)
     one.add_argument("--home", action="store_true", help="drive home after the last target")
     text = "name of the order, a new one by default; the same order given again changes nothing"
     one.add_argument("--id", metavar="NAME", help=text)

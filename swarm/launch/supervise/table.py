@@ -40,13 +40,13 @@ def without_window(arguments: dict[str, Any], number: int) -> dict[str, Any]:
 
 
 def to_another_file(arguments: dict[str, Any], number: int) -> dict[str, Any]:
-    """Return the arguments of a dashboard that is started again: it records in another file."""
+    """Return the arguments of a dashboard or a recorder that is started again: it records in another file."""
     record: Path | None = arguments["record"]
     return arguments if record is None else arguments | {"record": numbered(record, number)}
 
 
 def numbered(record: Path, number: int) -> Path:
-    """Return the file in which the dashboard's start ``number`` records, if the first one records in ``record``.
+    """Return the file in which start ``number`` of a process records, if the first one records in ``record``.
 
     >>> numbered(Path("run.rrd"), 2).name
     'run.2.rrd'
@@ -66,11 +66,24 @@ WORLD: Final     = Role("world",     "world.host.process:run",         FINISH,  
 ROBOT: Final     = Role("robot",     "swarm.robot.host.process:run",   LEAVE,      RESTART,    RESTART,  LOSE)
 DASHBOARD: Final = Role("dashboard", "dashboard.process:run",          LEAVE,      REPORT,     RESTART,  REPORT,
                         again=to_another_file)
+RECORDER: Final  = Role("recorder",  "swarm.bridge.foxglove.process:record", LEAVE,  REPORT,     RESTART,  REPORT,
+                        again=to_another_file)
 BOX: Final       = Role("box",       "dashboard.box.process:run",      RESTART,    REPORT,     RESTART,  REPORT,
                         again=without_window)
+ROS2: Final      = Role("ros2",      "swarm.bridge.ros2.process:run",  LEAVE,      REPORT,     RESTART,  REPORT)
 # fmt: on
 
 CRASHED: Final = 70  # exit status of a process that ended with a traceback (EX_SOFTWARE of sysexits.h)
-STOP_ORDER: Final = (WORLD, DASHBOARD, BOX, ROBOT, PROXY, ROUTER)  # the world first: it writes the report
+BRIDGES: Final = (ROS2,)  # that the launcher starts for `--bridge`, by their names
+STOP_ORDER: Final = (
+    WORLD,
+    DASHBOARD,
+    RECORDER,
+    BOX,
+    *BRIDGES,
+    ROBOT,
+    PROXY,
+    ROUTER,
+)  # the world first: it writes the report
 RESTARTS: Final = 3  # most restarts of one process within WITHIN
 WITHIN: Final = 60.0  # s

@@ -9,7 +9,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from swarm.fuzzy import Controller
-from swarm.geometry import Pose, Twist, bearing, distance
+from swarm.geometry import Pose, Twist, bearing, distance, wrap
 from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.messages import COMMAND, Activity, Broadcast, Sense
 from swarm.motion.drive import DifferentialDrive, gap
@@ -29,6 +29,7 @@ from swarm.robot.driving.safety import (
 )
 from swarm.robot.driving.tables import Detour, Rollout, fuzzy_speeds, scale_of
 from swarm.robot.ground import Block
+from swarm.robot.mission import targets_of_others
 from swarm.robot.sectors import sectors
 from swarm.robot.tuning import PILOT, SCALE
 from swarm.settings import Settings
@@ -97,7 +98,7 @@ class CellPilot:
         self._drive = DifferentialDrive(robot.track_width)
         fans = sectors(settings.sensors)
         self._bearings = (*fans.left, *fans.front, *fans.right)
-        self._wanted = {cells.cell_of(*stop) for stop in _targets_of_others(settings, number)}
+        self._wanted = {cells.cell_of(*stop) for stop in targets_of_others(settings, number)}
         self._filter = SafetyFilter(settings)
         self._detour = Detour(self._filter)
         self._evasion = Evasion(settings)
@@ -219,6 +220,11 @@ class CellPilot:
             self._detour.end()
             error = bearing(pose, granted.face)
             return before._replace(speeds=self._filter.face(body, error), heading=error)
+        if inputs.heading is not None and not granted.threats and self._is_there(inputs):
+            self._detour.end()
+            then = self._filter.after(body, self._lateness.expected())
+            error = wrap(inputs.heading - then.pose.yaw)
+            return before._replace(speeds=self._filter.face(then, error), heading=error)
         aim = self._aiming.choose(grid, pose, granted.drivable, granted.waypoints)
         seen = sense.bearings[inputs.target] if inputs.target >= 0 and distance(aim, inputs.goal) < 1e-9 else None
         heading = bearing(pose, aim) if seen is None else seen
@@ -302,17 +308,20 @@ class CellPilot:
             self._progress.forget()
         return self._progress.check(len(granted.way), self._could_drive) / self._settings.rate
 
+    def _is_there(self, inputs: PilotInputs) -> bool:
+        return distance(inputs.pose, inputs.goal) <= self._settings.reach
+
     def _kept_away(self, inputs: PilotInputs, before: LastTick) -> int:
         """Return for how many ticks the robot has been kept from its place since it is done.
 
         If that is long, it stays where it is in no way. All times away count together: robots that drive each other
         away in turn are at their places now and then.
         """
-        away = distance(inputs.pose, inputs.goal) > self._settings.reach
+        away = not self._is_there(inputs)
         return before.kept_away + away if inputs.done else 0
 
     def _activity(self, inputs: PilotInputs, granted: TrafficOutputs, *, idle: bool) -> Activity:
-        if idle or (inputs.done and distance(inputs.pose, inputs.goal) <= self._settings.reach):
+        if idle or (inputs.done and self._is_there(inputs)):
             return Activity.DONE
         if inputs.sense.stopped:
             return Activity.STOPPED
@@ -325,10 +334,3 @@ class CellPilot:
         radius, reach = self._settings.robot.radius, self._settings.sensors.range
         expected = partial(free_on_map, inputs.navigator.grid, inputs.pose, radius, reach)
         return Scan(self._bearings, inputs.sense.rays, expected)
-
-
-def _targets_of_others(settings: Settings, number: int) -> list[Point]:
-    """Return the targets of the other robots [m], without homes: a robot that is done must not stay on one."""
-    if not settings.own_targets:
-        return settings.targets
-    return [stop for other, stops in enumerate(settings.own_targets) if other != number for stop in stops]

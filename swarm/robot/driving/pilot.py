@@ -20,6 +20,7 @@ class PilotInputs(NamedTuple):
     pose: Pose
     goal: Point  # m, the current stop; the last one when all are done
     then: Point | None  # m, the stop after that one; None: there is none
+    heading: float | None  # rad, to turn to at the current stop; None: any
     done: bool  # no stop is left: the robot stands or makes room
     anywhere: bool  # it is done, and need not keep its place
     target: int  # index of that stop; -1: there is none

@@ -16,11 +16,11 @@ from swarm.geometry import from_frame, to_frame
 from swarm.maps.occupancy import FREE, UNKNOWN, Cell, OccupancyMap, Point
 from swarm.traffic.lattice.discs import OPEN, STANDS, cells_under, line_is_clear, measure, nearest
 from swarm.traffic.lattice.distances import Distances
+from swarm.traffic.lattice.extent import extent
 
 OUTSIDE: Final = -1  # not a cell: beyond the lattice
 ACROSS: Final = 16  # parts of a cell's side, at whose ends a body is tried
 SIGHT: Final = 0.1  # m; a line of sight that passes a wall nearer than this does not count
-ROUNDING: Final = 1e-9  # cells; a learned map sums its length from finer cells and must get the same number of cells
 
 Flags = NDArray[np.bool_]
 
@@ -43,14 +43,11 @@ class CellMap:
         unknown_is_free: bool = False,
         like: "CellMap | None" = None,
     ) -> None:
-        rows, columns = occupancy.shape
-        height, width = rows * occupancy.resolution, columns * occupancy.resolution
         self.occupancy = occupancy
         self.side = side
         self.radius = radius
         self.offset = offset
-        self.rows = max(0, ceil((height - offset[1]) / side - 0.5 - ROUNDING))
-        self.columns = max(0, ceil((width - offset[0]) / side - 0.5 - ROUNDING))
+        self.rows, self.columns = extent(occupancy, side, offset)
         self._unknown_is_free = unknown_is_free
         x, y, yaw = occupancy.origin
         self._frame = (x, y, cos(yaw), sin(yaw), *offset, side)

@@ -1,22 +1,24 @@
 """Goals of ROS: what becomes an order, and what is refused in a sentence."""
 
-from math import inf, nan
+from math import inf, nan, pi
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from swarm.bridge.ros2.convert import header, posed
-from swarm.bridge.ros2.goals import GOAL_LIMIT, ordered
+from swarm.bridge.ros2.goals import GOAL_LIMIT, order_to, ordered
 from swarm.bridge.ros2.topics import GOAL
 from swarm.bridge.ros2.types import Types
 from swarm.errors import PeerError
-from swarm.geometry import Pose
+from swarm.geometry import Pose, wrap
 from swarm.messages import Order
 
 ROS = Types("jazzy")
 
 
-def goal(frame: str = "map", x: float = 4.0, y: float = 3.0) -> bytes:
-    message = ROS.make(GOAL.type, header=header(ROS, frame, 0), pose=posed(ROS, Pose(x, y, 1.0)))
+def goal(frame: str = "map", x: float = 4.0, y: float = 3.0, yaw: float = 1.0) -> bytes:
+    message = ROS.make(GOAL.type, header=header(ROS, frame, 0), pose=posed(ROS, Pose(x, y, yaw)))
     return ROS.serialize(GOAL.type, message)
 
 
@@ -24,6 +26,31 @@ def test_a_goal_on_the_map_is_an_order_to_one_target() -> None:
     payload = goal()
     assert ordered(ROS, payload, "a") == Order(id="a", targets=[(4.0, 3.0)])
     assert len(payload) <= GOAL_LIMIT
+
+
+def test_the_yaw_of_a_goal_is_heeded_if_that_is_asked_for() -> None:
+    (yaw,) = ordered(ROS, goal(), "a", turns=True).headings
+    assert yaw == pytest.approx(1.0)
+
+
+@given(st.floats(-pi, pi))
+def test_any_yaw_comes_back(yaw: float) -> None:
+    (found,) = order_to([ROS.deserialize(GOAL.type, goal(yaw=yaw))], "a", turns=True).headings
+    assert found is not None
+    assert abs(wrap(found - yaw)) < 1e-9
+
+
+@pytest.mark.parametrize(
+    "turn", [(0.0, 0.0, 0.0, 0.0), (0.7, 0.0, 0.0, 0.7), (0.0, 0.0, nan, 1.0), (0.0, 0.0, 1.0, 1.0)]
+)
+def test_an_orientation_off_the_floor_is_refused(turn: tuple[float, float, float, float]) -> None:
+    message = ROS.deserialize(GOAL.type, goal())
+    message.pose.orientation.x, message.pose.orientation.y, message.pose.orientation.z, message.pose.orientation.w = (
+        turn
+    )
+    assert order_to([message], "a").headings == [], "nobody asked for it"
+    with pytest.raises(PeerError, match=r"pose\.orientation: expected a turn about the vertical axis"):
+        order_to([message], "a", turns=True)
 
 
 @pytest.mark.parametrize(

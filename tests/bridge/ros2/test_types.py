@@ -4,8 +4,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from swarm.bridge.cdr.layouts import CDR_HEADER
 from swarm.bridge.ros2.topics import GOAL, HEARD
-from swarm.bridge.ros2.types import CDR_HEADER, Types
+from swarm.bridge.ros2.types import Types
 from swarm.errors import PeerError
 
 ROS = Types("jazzy")

@@ -140,10 +140,12 @@ def test_an_update_goes_on_from_the_end_of_the_base_and_replaces_the_horizon() -
 
 def test_what_is_not_heeded_is_named() -> None:
     order = order_of(A, B)
-    order["nodes"][1]["nodePosition"] |= {"theta": 1.0, "allowedDeviationXY": 0.1}
+    order["nodes"][1]["nodePosition"] |= {"theta": 1.0, "allowedDeviationTheta": 0.05, "allowedDeviationXY": 0.1}
     order["edges"][0] |= {"maxSpeed": 0.2, "trajectory": {"degree": 1}, "rotationAllowed": True}
-    said = ("nodePosition.theta", "nodePosition.allowedDeviationXY below 0.4 m", "edge.maxSpeed", "edge.trajectory")
-    assert took(order).ignored == said
+    assert took(order).ignored == (
+        "nodePosition.allowedDeviationTheta below 0.1 rad", "nodePosition.allowedDeviationXY below 0.4 m",
+        "edge.maxSpeed", "edge.trajectory",
+    )  # fmt: skip
     assert HALF.ignored == ()
 
 

@@ -107,6 +107,15 @@ def test_the_name_of_the_order_in_the_fleet_is_the_masters_as_far_as_it_is_allow
     assert ask.request == Order(id="F_llen___7_" + "x" * 39 + ".0badcafe", update=2, targets=[(5.0, 2.0)])
 
 
+def test_the_angles_of_nodes_are_headings_of_the_order(told: Told) -> None:
+    order = order_of(A, B, C)
+    order["nodes"][2]["nodePosition"]["theta"] = -1.5
+    ask = told.vehicle.order(taken(order), "0badcafe")
+    assert ask is not None
+    assert isinstance(ask.request, Order)
+    assert ask.request.headings == [None, -1.5]
+
+
 def test_an_order_of_the_node_where_it_stands_is_done_at_once(told: Told) -> None:
     assert told.order(order_of(A)) == []
     assert (told.said.order_id, told.said.last_node_id, told.ahead, told.vehicle.errand) == ("o1", "A", [], None)

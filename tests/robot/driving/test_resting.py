@@ -87,7 +87,7 @@ class Driven:
         self.traffic.grants = TrafficOutputs(**usual | granted)
         sense = replace(sense_of(body, tick), rays=RAYS, bearings=[None] * 3)
         return self.pilot.drive(
-            PilotInputs(sense, body.pose, goal, None, done, anywhere, target, self.navigator, heard)
+            PilotInputs(sense, body.pose, goal, None, None, done, anywhere, target, self.navigator, heard)
         )
 
 

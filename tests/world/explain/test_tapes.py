@@ -135,7 +135,7 @@ def test_the_last_run_and_the_last_life_of_a_tick_count(tmp_path: Path) -> None:
             tape.restarted()
         tape.step()
     tape.close()
-    timeline = Timeline(TapeFile(path))
+    timeline = Timeline.of(TapeFile(path))
     assert timeline.ticks == [*((0, tick) for tick in (0, 1, 2, 3, 4, 5, 4, 5, 6)), (1, 0), (1, 1), (1, 2)]
     assert timeline.last(0, 5) == 8
     assert timeline.last(None, 1) == 11

@@ -5,8 +5,9 @@ from typing import Any
 import pytest
 
 from swarm.errors import PeerError
-from swarm.geometry import distance
+from swarm.geometry import distance, wrap
 from swarm.messages import Activity, Order, RobotAction, RobotDo
+from swarm.robot.mission import TURNED
 from tests.shared import scenario_of
 from tests.world.shared import command
 from world.faults import Faults, Health, Spell
@@ -63,6 +64,28 @@ def test_an_order_replaces_the_stops_and_is_reported_with_those_before() -> None
     ]  # fmt: skip
     assert row["history"][-1]["reached"] == row["reached"]
     assert "history" not in report["per_robot"]["r2"]
+    assert report["contacts"] == {"robot": 0, "wall": 0, "obstacle": 0}
+
+
+@pytest.mark.parametrize("faults", [Faults(), Faults(late=0.15)], ids=["at once", "late commands"])
+def test_a_robot_turns_to_the_heading_of_a_target_before_it_counts_and_drives_on(faults: Faults) -> None:
+    asked = {("r1", "target 1"): 3.0, ("r1", "target 2"): -1.5, ("r2", "target 2"): 0.0}
+    simulation = simulation_of(
+        {"at": 1.0, "robot": "r1", "targets": [FAR, NEAR], "headings": [3.0, -1.5], "home": True},
+        {"at": 1.0, "robot": "r2", "targets": [NEAR, FAR], "headings": [None, 0.0]},
+        faults=faults,
+    )
+    off: dict[tuple[str, str], float] = {}
+    while not simulation.world.finished and simulation.world.time < 300.0:
+        events, poses = simulation.step().events, simulation.world.poses()
+        for event in events:
+            stop = event.robot or "", event.text.removeprefix("is at ")
+            if event.kind == "reached" and event.time > 1.0 and stop in asked:
+                off[stop] = abs(wrap(asked[stop] - poses[int(stop[0][1:]) - 1].yaw))
+    assert off.keys() == asked.keys()
+    assert max(off.values()) <= TURNED
+    report = simulation.run()
+    assert report["complete"]
     assert report["contacts"] == {"robot": 0, "wall": 0, "obstacle": 0}
 
 

@@ -28,6 +28,10 @@ def order(name: str = "a", update: int = 0, *targets: Point, home: bool = False)
     return Order(id=name, update=update, targets=list(targets or [(2.0, 2.0)]), home=home)
 
 
+def turned(*headings: float | None, update: int = 0) -> Order:
+    return Order(id="a", update=update, targets=[(2.0, 2.0)], headings=list(headings))
+
+
 def do(what: str) -> RobotAction:
     return RobotAction(do=RobotDo(what))
 
@@ -71,6 +75,9 @@ REFUSED = {
     "an older update":      Row([order("a", 2)], order("a", 1), "expected update 2 or a newer one"),
     "other targets":        Row([order("a", 2)], order("a", 2, (3.0, 3.0)), "expected the targets that were accepted with it"),
     "then home, or not":    Row([order("a")], order("a", home=True), "expected the targets that were accepted with it"),
+    "too many headings":    Row([], turned(1.0, 2.0), "expected at most 1 headings, one for each target, got 2"),
+    "other headings":       Row([turned(1.0)], turned(1.1), "expected the targets that were accepted with it"),
+    "without its heading":  Row([turned(1.0)], order("a"), "expected the targets that were accepted with it"),
     "replaced meanwhile":   Row([order("a"), order("b")], order("a"), "number 1 was superseded"),
     "cancelled meanwhile":  Row([order("a"), do("cancel")], order("a"), "number 1 was cancelled"),
     "older, and replaced":  Row([order("a", 5), order("b")], order("a", 4), "expected update 5"),
@@ -95,6 +102,7 @@ NOTHING_TO_DO = {
     "home":                 Row([do("home")], do("home"), "r1 drives home already, or is there"),
     "cancel":               Row([do("cancel")], do("cancel"), "r1 has no target left"),
     "the same order":       Row([order()], order(), "r1: order a update 0 is number 1: 1 target"),
+    "the same headings":    Row([turned(1.0)], turned(1.0), "r1: order a update 0 is number 1: 1 target"),
 }
 # fmt: on
 
@@ -133,6 +141,16 @@ def test_what_is_so_already_is_no_error_and_changes_nothing(name: str) -> None:
     outcome = fleet.take(row.request)
     assert (outcome.text, outcome.new_stops, outcome.changed, outcome.events) == (row.expected, False, False, ())
     assert fleet.state() == before
+
+
+def test_a_robot_is_told_the_headings_of_its_order_and_of_no_other() -> None:
+    fleet = Fleet()
+    fleet.take(turned(1.0))
+    told = fleet.book.assigned(0)
+    assert told is not None and told.headings == [1.0]  # noqa: PT018
+    fleet.take(order("b"))
+    told = fleet.book.assigned(0)
+    assert told is not None and told.headings == []  # noqa: PT018
 
 
 def test_who_loses_is_named() -> None:

@@ -5,19 +5,21 @@ from swarm.maps.occupancy import Point
 from world.storm.history.history import History
 from world.storm.history.seen import Found
 
+Stops = tuple[tuple[Point, ...], tuple[float | None, ...]]  # m, and the headings [rad] to turn to there
+
 
 def orders_are_kept(history: History) -> Found:
     """Check by the senses alone: numbers only grow, stops come from a request, and a stopped body stands after 1 s."""
     settings = history.settings
-    asked: dict[str, set[tuple[Point, ...]]] = {name: {()} for name in history.robots}
+    asked: dict[str, set[Stops]] = {name: {((), ())} for name in history.robots}
     for number, name in enumerate(history.robots if history.moments else ()):
         x, y, _ = history.moments[0].poses[number]
         home = x, y
-        asked[name].add((home,))
-        asked[name].update((target,) for target in settings.pool)
+        asked[name].add(((home,), ()))
+        asked[name].update(((target,), ()) for target in settings.pool)
         for one in settings.orders:
             if one.robot == name and one.targets is not None:
-                asked[name].add((*one.targets, *((home,) if one.home else ())))
+                asked[name].add(((*one.targets, *((home,) if one.home else ())), tuple(one.headings)))
     newest = dict.fromkeys(history.robots, 0)
     stopped: dict[str, tuple[int, tuple[float, ...]]] = {}
     for moment in history.moments:
@@ -29,7 +31,7 @@ def orders_are_kept(history: History) -> Found:
                 if sense.assigned.number < newest[name]:
                     yield moment.tick, (name,), f"{name} gets number {sense.assigned.number} after {newest[name]}"
                 newest[name] = sense.assigned.number
-                if tuple(sense.assigned.stops) not in asked[name]:
+                if (tuple(sense.assigned.stops), tuple(sense.assigned.headings)) not in asked[name]:
                     yield moment.tick, (name,), f"{name} gets targets that nobody asked for"
             pose = moment.poses[number]
             if not sense.stopped or number in moment.touching:

@@ -83,7 +83,7 @@ def _try(profile: StormProfile, name: str, seed: int, chance: Random) -> StormPl
         if _shuts_off(raw, cells, piece):
             return None
     if profile.orders and chance.random() < profile.orders:  # other profiles draw as before
-        raw["orders"] = _orders(cells, robots, chance)
+        raw["orders"] = _with_headings(_orders(cells, robots, chance), Random(f"headings {seed}"))
     if profile.pool and chance.random() < profile.pool:
         some = chance.sample(piece, min(len(piece), robots * chance.randint(1, 4)))
         raw["pool"] = [_point(cells, cell, chance) for cell in some]
@@ -187,6 +187,16 @@ def _edits(columns: int, rows: int, chance: Random) -> list[dict[str, Any]]:
         if kind != "free" and chance.random() < 0.5:
             edits.append({"at": round(time + chance.uniform(5.0, 30.0), 2), "kind": "free", "low": low, "high": high})
     return sorted(edits, key=lambda edit: edit["at"])
+
+
+def _with_headings(orders: list[dict[str, Any]], chance: Random) -> list[dict[str, Any]]:
+    """Add to some of the targets a heading to turn to there."""
+    for one in orders:
+        if "targets" in one and chance.random() < 0.4:
+            one["headings"] = [
+                round(chance.uniform(-3.14, 3.14), 2) if chance.random() < 0.7 else None for _ in one["targets"]
+            ]
+    return orders
 
 
 def _orders(cells: CellMap, robots: int, chance: Random) -> list[dict[str, Any]]:

@@ -1,0 +1,156 @@
+"""The process of a body: it hears the robot in ROS and its brain in the fleet, and drives the robot, until the end."""
+
+from collections.abc import Callable
+from time import monotonic
+from typing import Final
+
+from swarm.bridge.body import readings
+from swarm.bridge.body.body import Body, Setting
+from swarm.bridge.body.ros_robot import RosRobot
+from swarm.bridge.ros2.types import Types
+from swarm.bus import Arrival, Bus, Endpoint, Link
+from swarm.bus.foreign import Foreign
+from swarm.bus.losses import Ledger
+from swarm.errors import ConfigError
+from swarm.messages import BODY, CLOCK, COMMAND, MAP, SENSE, Clock, Command, Phase, Sense
+from swarm.settings import Settings
+from swarm.stopping import told_to_stop
+
+LOOK: Final = 0.01  # s, the longest time between two looks for what ROS says
+MOST: Final = 100  # arrivals that are taken in before the robot is told
+
+
+def run(
+    endpoint: Endpoint,
+    fleet: str,
+    router: Endpoint,
+    domain: int,
+    distro: str,
+    setting: Setting,
+    log: Callable[[str], None] = print,
+) -> int:
+    """Drive a robot of ROS as the body of one robot of a fleet until the run is over or we are told to stop.
+
+    Raises:
+        ConfigError: one of the routers does not answer, or the fleet has another scenario than at the beginning.
+    """
+    with told_to_stop() as stop, Bus(endpoint, fleet, log) as bus, Foreign(router) as session:
+        ledger = Ledger(log)
+        robot = RosRobot(session, Types(distro), domain, setting, ledger)
+        try:
+            place = f"ROS domain {domain} ({distro}) on {router}"
+            log(f"{setting.robot} of fleet {fleet} is the robot that obeys {setting.command} in {place}")
+            Stand(bus, robot, setting, ledger, log).follow(stop.is_set)
+        finally:
+            robot.stand()
+    return 0
+
+
+class Stand:
+    """The main loop of one body."""
+
+    def __init__(self, bus: Bus, robot: RosRobot, setting: Setting, ledger: Ledger, log: Callable[[str], None]) -> None:
+        self._bus, self._robot, self._setting, self._ledger, self._log = bus, robot, setting, ledger, log
+        self._settings: Settings | None = None
+        self._run = -1  # of the last command
+        self._over = False
+        self._due = 0.0  # s, when the next report may go out
+        self._unreported = False  # a command has come that is not reported yet
+
+    def follow(self, stopped: Callable[[], bool]) -> None:
+        """Drive the robot until the run is over."""
+        self._bus.listen(CLOCK)
+        self._bus.listen(COMMAND, robot=self._setting.robot)
+        self._bus.listen(SENSE, robot=self._setting.robot)
+        while self._settings is None:
+            if stopped():
+                return
+            self._bus.receive(LOOK)  # what comes before the map is of no use
+            self._settings = self._scenario()
+        body = Body(self._setting, self._settings, monotonic())
+        dt = 1 / self._settings.rate
+        beat = monotonic()
+        while not stopped() and not self._over:
+            commanded = self._take_in(body)
+            now = monotonic()
+            self._hear(body, now)
+            if commanded or now >= beat:
+                twist, said = body.beat(now)
+                self._robot.drive(twist)
+                beat = now + dt
+                for line in said:
+                    self._log(line)
+            self._report(body, now, dt)
+            self._ledger.flush()
+        if self._over:
+            self._log("the run is over")
+
+    def _scenario(self) -> Settings | None:
+        """Return the settings of the fleet's scenario; None: its world is not there.
+
+        Raises:
+            ConfigError: the fleet has no such robot.
+        """
+        found = self._bus.fetch(MAP, timeout=1.0)
+        if not found:
+            return None
+        scenario, robot = found[0].scenario, self._setting.robot
+        if isinstance(scenario.starts, dict) and robot not in scenario.starts:
+            raise ConfigError(f"--body {robot}: expected one of {', '.join(scenario.starts)}, got {robot!r}")
+        return scenario.settings
+
+    def _take_in(self, body: Body) -> bool:
+        """Take in what has come from the fleet; return True if there is a new command among it."""
+        commanded, room = False, MOST
+        arrived = self._bus.receive(LOOK)
+        while arrived is not None:
+            match arrived:
+                case Arrival(message=Clock(phase=phase)):
+                    self._over = phase is Phase.OVER
+                case Arrival(message=Sense() as sense):
+                    body.take_sense(sense, monotonic())
+                case Arrival(message=Command() as command):
+                    self._check_run(command.run)
+                    commanded |= body.take_command(command, monotonic())
+                    self._unreported = True
+                case Link(up=False):
+                    self._log("the fleet's router is away; waiting for it")
+            room -= 1
+            arrived = self._bus.receive(0.0) if room else None
+        return commanded
+
+    def _hear(self, body: Body, now: float) -> None:
+        """Take in what has come from ROS."""
+        hear = self._robot.heard
+        for odometry in hear(readings.ODOMETRY, readings.odometry):
+            body.take_odometry(odometry, now)
+        for found in hear(readings.LOCALISATION, readings.localisation):
+            body.take_localisation(found, now)
+        for scan in hear(readings.SCAN, readings.beams):
+            body.take_scan(scan, now)
+        for pressed in hear(readings.STOP, readings.stop):
+            body.take_stop(pressed)
+
+    def _report(self, body: Body, now: float, dt: float) -> None:
+        """Report the last command, not faster than the scenario's rate: in lockstep the clock waits for that."""
+        if self._unreported and now >= self._due and (report := body.report(now)) is not None:
+            self._bus.send(BODY, report, robot=self._setting.robot)
+            self._due = max(self._due, now - dt) + dt  # one may come a period early, if the one before came late
+            self._unreported = False
+
+    def _check_run(self, run: int) -> None:
+        """Check at the beginning of another run that it is of the same scenario.
+
+        Raises:
+            ConfigError: it is not.
+        """
+        if run == self._run:
+            return
+        again, self._run = self._run >= 0, run
+        if again:
+            self._robot.stand()
+            found = self._scenario()
+            if found is not None and found != self._settings:
+                raise ConfigError(
+                    "the fleet has another scenario now: expected that of the beginning; start this program again"
+                )

@@ -1,0 +1,208 @@
+"""A square that a robot drives before it joins a fleet, and what its user must measure. Pure: it knows no clock.
+
+The robot drives four sides and turns left four times. Each of these eight moves begins and ends at rest, so what was
+commanded in a move and what came of it can be compared however late the robot obeys and however slowly it gains speed.
+"""
+
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+from math import pi
+from statistics import fmean, median, pstdev
+from typing import Final, NamedTuple
+
+from swarm.bridge.body.readings import Odometry
+from swarm.errors import PeerError
+from swarm.geometry import Pose, Twist, distance, wrap
+from swarm.settings import PAPER_TOP_SPEED
+
+REST: Final = 1.0  # s that a robot stands before each move and after it
+STILL: Final = 0.01  # m/s and rad/s; slower is standing
+MOVES: Final = 8
+BEGUN, DONE = 0.1, 0.9  # shares of the commanded speed between which acceleration is measured
+PATIENCE: Final = 3.0  # times as long as a move should take, after which it is given up
+STANDS: Final = Twist(0.0, 0.0)
+
+
+class Sample(NamedTuple):
+    """An odometry and when it came."""
+
+    at: float  # s, of this process's clock
+    odometry: Odometry
+    pose: Pose  # the best that is known: localised, if there is a localisation
+
+
+class Move(NamedTuple):
+    """One of the eight moves."""
+
+    twist: Twist  # that was commanded
+    began: float  # s, when it was commanded first
+    told: float  # s, for how long
+    before: Pose
+    after: Pose
+    samples: Sequence[Sample]
+
+    @property
+    def turns(self) -> bool:
+        """True if it was a turn."""
+        return self.twist.linear == 0.0
+
+
+class Measured(NamedTuple):
+    """What a square shows."""
+
+    rate: float  # Hz, of odometry
+    jitter: float  # s, standard deviation of the time between two
+    longest: float  # s, between two
+    latency: tuple[float, float, float]  # s, from the first command to odometry that shows motion: least, median, most
+    acceleration: float | None  # m/s2, of a rim; None: it was gained within one period of odometry
+    braking: float | None  # m/s2
+    top_speed: float  # m/s
+    driven: float  # m per commanded m
+    turned: float  # rad per commanded rad
+    closed: tuple[float, float]  # m and rad between begin and end
+
+
+class Square:
+    """The moves of one square. ``step`` is told each odometry and returns the twist to command."""
+
+    def __init__(self, side: float, linear: float, angular: float) -> None:
+        self._side, self._linear, self._angular = side, linear, angular
+        self.moves: list[Move] = []
+        self.samples: list[Sample] = []
+        self._rests_since: float | None = None  # s
+        self._began: Sample | None = None  # of the move under way
+        self._ended: float | None = None  # s, when its command ended
+        self._turned = 0.0  # rad, in this move
+        self._first = 0  # sample of this move
+
+    @property
+    def done(self) -> bool:
+        """True if the square is driven."""
+        return len(self.moves) == MOVES
+
+    def step(self, sample: Sample) -> Twist:
+        """Return the twist to command after a sample.
+
+        Raises:
+            PeerError: the robot does not do what it is told.
+        """
+        last = self.samples[-1] if self.samples else sample
+        self.samples.append(sample)
+        moves = abs(sample.odometry.twist.linear) > STILL or abs(sample.odometry.twist.angular) > STILL
+        if moves or self._rests_since is None:
+            self._rests_since = sample.at
+        rested = sample.at - self._rests_since >= REST
+        if self.done:
+            return STANDS
+        twist = Twist(self._linear, 0.0) if len(self.moves) % 2 == 0 else Twist(0.0, self._angular)
+        if self._began is None:
+            if rested:
+                self._began, self._ended, self._turned, self._first = sample, None, 0.0, len(self.samples) - 1
+                return twist
+            return STANDS
+        self._turned += wrap(sample.odometry.pose.yaw - last.odometry.pose.yaw)
+        should = self._side / self._linear if twist.linear else pi / 2 / self._angular
+        if self._ended is None:
+            driven = distance(self._began.odometry.pose, sample.odometry.pose)
+            if (driven >= self._side) if twist.linear else (self._turned >= pi / 2):
+                self._ended, self._rests_since = sample.at, sample.at
+                return STANDS
+            if sample.at - self._began.at > PATIENCE * should + 2 * REST:
+                raise PeerError(
+                    f"expected {'a side' if twist.linear else 'a turn'} in {should:.1f} s, got {driven:.2f} m and "
+                    f"{self._turned:.2f} rad in {sample.at - self._began.at:.1f} s; does the robot obey this topic?"
+                )
+            return twist
+        if rested and sample.at - self._ended >= REST:
+            self.moves.append(
+                Move(twist, self._began.at, self._ended - self._began.at, self._began.pose, sample.pose,
+                     self.samples[self._first :])
+            )  # fmt: skip
+            self._began = None
+        return STANDS
+
+
+def measured(square: Square, track_width: float) -> Measured:
+    """Return what a square that was driven shows; ``track_width`` [m] is that of the robot's own driver."""
+    gaps = [after.at - before.at for before, after in pairwise(square.samples)]
+    stamps = [sample.odometry.stamp for sample in square.samples]
+    stamped = [after - before for before, after in pairwise(stamps)]
+    times = stamped if all(time > 0.0 for time in stamped) else gaps
+    starts = [late for move in square.moves if (late := latency(move)) is not None]
+    straight, turns = ([move for move in square.moves if move.turns == wanted] for wanted in (False, True))
+    gained = [gain for move in square.moves if (gain := slope(move, track_width, braking=False)) is not None]
+    lost = [gain for move in square.moves if (gain := slope(move, track_width, braking=True)) is not None]
+    first, last = square.moves[0].before, square.moves[-1].after
+    return Measured(
+        rate=1 / fmean(times),
+        jitter=pstdev(times),
+        longest=max(gaps),
+        latency=(min(starts), median(starts), max(starts)),
+        acceleration=min(gained, default=None),
+        braking=min(lost, default=None),
+        top_speed=max(abs(sample.odometry.twist.linear) for sample in square.samples),
+        driven=sum(distance(move.before, move.after) for move in straight)
+        / sum(move.twist.linear * move.told for move in straight),
+        turned=sum(turn_of(move) for move in turns) / sum(move.twist.angular * move.told for move in turns),
+        closed=(distance(first, last), abs(wrap(first.yaw - last.yaw))),
+    )
+
+
+def turn_of(move: Move) -> float:
+    """Return by how much a robot has turned [rad], a quarter or so."""
+    return wrap(move.after.yaw - move.before.yaw - pi / 2) + pi / 2
+
+
+def speeds(move: Move) -> list[tuple[float, float]]:
+    """Return times [s] and the speed that was commanded, as a share of it."""
+    wanted = move.twist.angular if move.turns else move.twist.linear
+    return [
+        (at, (odometry.twist.angular if move.turns else odometry.twist.linear) / wanted)
+        for at, odometry, _ in move.samples
+    ]
+
+
+def latency(move: Move) -> float | None:
+    """Return the time [s] from the first command to the first odometry that shows motion; None: it shows none."""
+    return next((at - move.began for at, share in speeds(move) if share > BEGUN), None)
+
+
+def slope(move: Move, track_width: float, *, braking: bool) -> float | None:
+    """Return the acceleration of the rims [m/s2] in a move; None if it was too quick for this odometry."""
+    shares = speeds(move)
+    if braking:
+        shares = [(-at, share) for at, share in reversed(shares)]
+    begun = next(((at, share) for at, share in shares if share > BEGUN), None)
+    done = next(((at, share) for at, share in shares if share > DONE), None)
+    if begun is None or done is None or done[0] <= begun[0]:
+        return None
+    rim = move.twist.angular * track_width / 2 if move.turns else move.twist.linear
+    return rim * (done[1] - begun[1]) / (done[0] - begun[0])
+
+
+def told(found: Measured, track_width: float, speed: float, by: str) -> Iterator[str]:
+    """Yield the lines that tell what was measured, and what to set; ``by`` is what told the robot's turns."""
+    least, usual, most = found.latency
+    effective = track_width / found.turned
+    pauses = f"jitter {found.jitter * 1e3:.1f} ms, longest gap {found.longest:.3f} s"
+    yield f"odometry            {found.rate:.1f} Hz, {pauses}"
+    yield f"latency             {usual:.3f} s from a command to odometry that shows it ({least:.3f} to {most:.3f} s)"
+    yield f"acceleration        {_rate(found.acceleration)}, braking {_rate(found.braking)}, of a wheel's rim"
+    yield f"top speed           {found.top_speed:.2f} m/s; {speed:.2f} m/s were commanded"
+    yield f"distance            {found.driven:.3f} of what was commanded, by {by}"
+    yield f"turning             {found.turned:.3f} of what was commanded, by {by}"
+    yield f"track width         {effective:.3f} m in effect; {track_width:.3f} m in the robot's driver"
+    yield f"the square ends     {found.closed[0]:.2f} m and {found.closed[1]:.2f} rad from its begin, by {by}"
+    rates = [rate for rate in (found.acceleration, found.braking) if rate is not None]
+    yield ""
+    yield f"give the bridge --track-width {track_width:g}, and the scenario these lines:"
+    yield "robot:"
+    yield f"  track_width: {effective:.3f}"
+    if rates:
+        yield f"  wheel_acceleration: {min(rates):.2f}"
+    scale = min(1.0, found.top_speed / PAPER_TOP_SPEED)
+    yield f"  speed_scale: {scale:.3f}  # wheels of at most {found.top_speed:.2f} m/s"
+
+
+def _rate(rate: float | None) -> str:
+    return "too quick to measure" if rate is None else f"{rate:.2f} m/s2"

@@ -1,0 +1,172 @@
+"""The action servers of one robot: it takes goals as orders of the fleet, and answers for them until they end."""
+
+from collections.abc import Callable
+from time import monotonic
+from typing import Any, Final
+
+from swarm.bridge.cdr.layouts import SECOND
+from swarm.bridge.errand import End, Errand
+from swarm.bridge.errands import Errands
+from swarm.bridge.ros2.actions import (
+    ENDS,
+    NAVIGATION,
+    Action,
+    CancelCode,
+    Goal,
+    Goals,
+    GoalStatus,
+    feedback,
+    goal_info,
+    result,
+    statuses,
+)
+from swarm.bridge.ros2.convert import stamp
+from swarm.bridge.ros2.goals import order_to
+from swarm.bridge.ros2.graph import LiveNode, Request
+from swarm.bridge.ros2.interfaces import THROUGH_POSES
+from swarm.bridge.ros2.types import Types
+from swarm.bus import Bus
+from swarm.errors import PeerError
+from swarm.geometry import Pose
+from swarm.messages import ORDER, ROBOT_ACTION, RobotAction, RobotDo
+
+ANSWER: Final = 2.0  # s to wait for the world's answer to an order; meanwhile nothing goes out
+EVERY: Final = 0.2  # s between two feedbacks of a goal
+WAITING: Final = (
+    100  # requests for one result that are held; free_fleet asks again every 6.5 s and forgets the last one
+)
+OFFERED: Final = tuple(topic for action in NAVIGATION for topic in (action.feedback, action.status))
+SERVED: Final = tuple(
+    service for action in NAVIGATION for service in (action.send_goal, action.get_result, action.cancel_goal)
+)
+
+
+class Navigator:
+    """Nav2's actions of one robot, at its node."""
+
+    def __init__(
+        self,
+        robot: str,
+        node: LiveNode,
+        ros: Types,
+        bus: Bus,
+        errands: Errands,
+        log: Callable[[str], None],
+        *,
+        turns: bool,
+    ) -> None:
+        """``turns`` says that the yaw of a goal is heeded."""
+        self._robot, self._node, self._ros = robot, node, ros
+        self._bus, self._errands, self._log, self._turns = bus, errands, log, turns
+        self._goals = {action: Goals() for action in NAVIGATION}
+        self._told = 0.0  # s, when feedback was sent last
+        self._trees = False  # it was said that behaviour trees are ignored
+
+    def heed(self, run: int, at: int) -> None:
+        """Answer all that was asked since the last call; ``at`` [ns] is now, in the stamps of ROS."""
+        for action in NAVIGATION:
+            for request in self._node.requests(action.send_goal):
+                self._accept(action, request, run, at)
+            for request in self._node.requests(action.cancel_goal):
+                self._cancel(action, request)
+            for request in self._node.requests(action.get_result):
+                self._answer_with_result(action, request)
+
+    def end(self, errand: Errand, end: End) -> None:
+        """End the goal of an errand that has ended, if it has one."""
+        for action, goals in self._goals.items():
+            for goal in goals.open:
+                if goal.errand is errand:
+                    self._end(action, goal, ENDS.get(end.how, GoalStatus.ABORTED), end.text)
+
+    def abort(self, why: str) -> None:
+        """End all goals and answer all requests: the bridge shows the robot no more. The fleet keeps its orders."""
+        for action, goals in self._goals.items():
+            for goal in goals.open:
+                self._end(action, goal, GoalStatus.ABORTED, f"{goal.errand.name} is out of sight: {why}")
+            for service in (action.send_goal, action.cancel_goal):
+                for request in self._node.requests(service):
+                    request.refuse(why)
+            for request in self._node.requests(action.get_result):
+                self._answer_with_result(action, request)
+
+    def tell(self, pose: Pose, speed: float, at: int) -> None:
+        """Send feedback if it is time for it; the robot's pose, its top speed [m/s] and now [ns] are given."""
+        under_way = [(action, goal) for action, goals in self._goals.items() for goal in goals.open]
+        if not under_way or monotonic() - self._told < EVERY:
+            return
+        self._told = monotonic()
+        for action, goal in under_way:
+            self._node.send(action.feedback, feedback(self._ros, action, goal, pose, speed, at))
+
+    def _accept(self, action: Action, request: Request, run: int, at: int) -> None:
+        """Give the world an order for a goal, and answer whether it was taken."""
+        asked = request.message
+        id_ = asked.goal_id.uuid.tobytes()
+        try:
+            if self._goals[action].find(id_) is not None:
+                raise PeerError(f"goal {id_.hex()[:8]}: expected a new id, got one that is known")
+            poses = poses_of(action, asked.goal)
+            order = order_to(poses, id_.hex(), turns=self._turns)
+            reply = self._bus.ask(ORDER, order, timeout=ANSWER, robot=self._robot)
+        except PeerError as fault:
+            self._log(f"{self._robot}: {action.name}: goal refused: {fault}")
+            request.answer(accepted=False, stamp=stamp(self._ros, at))
+            return
+        self._log(reply.text)
+        if asked.goal.behavior_tree and not self._trees:
+            self._log(f"{self._robot}: {action.name}: behavior_tree is ignored: robots plan by themselves")
+            self._trees = True
+        errand = Errand(self._robot, order, reply.number, run)
+        self._errands.add(errand)
+        self._goals[action].add(Goal(id=id_, at=at, errand=errand, targets=order.targets), monotonic())
+        request.answer(accepted=True, stamp=stamp(self._ros, at))
+        self._tell_status(action)
+
+    def _cancel(self, action: Action, request: Request) -> None:
+        """Cancel the order of goals; they end when the fleet says that it has."""
+        info = request.message.goal_info
+        at = info.stamp.sec * SECOND + info.stamp.nanosec
+        code, goals = self._goals[action].to_cancel(info.goal_id.uuid.tobytes(), at)
+        # the robot may have another order by now, which nobody wants to cancel here: the goal's end is on its way
+        goals = [goal for goal in goals if not goal.errand.replaced]
+        if goals:
+            try:
+                self._log(self._bus.ask(ROBOT_ACTION, RobotAction(do=RobotDo.CANCEL), ANSWER, robot=self._robot).text)
+            except PeerError as fault:
+                self._log(f"{self._robot}: {action.name}: not cancelled: {fault}")
+                code, goals = CancelCode.REJECTED, []
+        for goal in goals:
+            goal.status = GoalStatus.CANCELING
+        request.answer(return_code=code, goals_canceling=[goal_info(self._ros, goal) for goal in goals])
+        if goals:
+            self._errands.doubt()
+            self._tell_status(action)
+
+    def _answer_with_result(self, action: Action, request: Request) -> None:
+        goal = self._goals[action].find(request.message.goal_id.uuid.tobytes())
+        if goal is None or not goal.is_open:
+            request.answer(**result(self._ros, action, goal))
+            return
+        goal.waiting.append(request)
+        if len(goal.waiting) > WAITING:
+            goal.waiting.pop(0).answer(**result(self._ros, action, goal))  # with the status of a goal under way
+
+    def _end(self, action: Action, goal: Goal, status: GoalStatus, text: str) -> None:
+        self._log(text)
+        self._goals[action].end(goal, status, "" if status is GoalStatus.SUCCEEDED else text, monotonic())
+        self._tell_status(action)
+        for request in goal.waiting:
+            request.answer(**result(self._ros, action, goal))
+        goal.waiting.clear()
+
+    def _tell_status(self, action: Action) -> None:
+        self._node.send(action.status, statuses(self._ros, self._goals[action]))
+
+
+def poses_of(action: Action, goal: Any) -> list[Any]:  # noqa: ANN401
+    """Return the poses with headers of a goal; Kilted has a message around them (nav_msgs/Goals)."""
+    if action.type != THROUGH_POSES:
+        return [goal.pose]
+    poses: list[Any] = getattr(goal.poses, "goals", goal.poses)
+    return poses
