@@ -17,7 +17,22 @@ from swarm.bridge.vda5050.vehicle import Ask, Vehicle
 from swarm.bus import Bus, Endpoint
 from swarm.bus.losses import Ledger
 from swarm.errors import PeerError
-from swarm.messages import CLOCK, MAP, ORDER, ROBOT_ACTION, TRUTH, Accepted, Clock, Event, Order, State, Topic, Truth
+from swarm.messages import (
+    CLOCK,
+    EVENT,
+    MAP,
+    ORDER,
+    ROBOT_ACTION,
+    STATE,
+    TRUTH,
+    Accepted,
+    Clock,
+    Event,
+    Order,
+    State,
+    Topic,
+    Truth,
+)
 from swarm.stopping import told_to_stop
 
 ANSWER: Final = 2.0  # s to wait for the world's answer to a request; meanwhile nothing goes out
@@ -123,7 +138,7 @@ class Bridge:
     ) -> None:
         self._bus, self._broker, self._names, self._shown_every, self._log = bus, broker, names, shown_every, log
         self._ledger = Ledger(log)
-        self._fleet = Follower(bus, log, (CLOCK, MAP, TRUTH, *ORDERED))
+        self._fleet = Follower(bus, log, (CLOCK, MAP, TRUTH, STATE, EVENT, *ORDERED))
         self._fold = self._fleet.fold
         self._inbox = Inbox()
         self._seats: dict[str, Seat] = {}  # by robot
