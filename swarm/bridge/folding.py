@@ -24,6 +24,10 @@ class Fold:
         self._waiting: dict[tuple[type[Message], str], Message] = {}
         self._events: deque[Event] = deque(maxlen=MOST_EVENTS)  # all that come, not only the newest
 
+    def void(self) -> None:
+        """Take whatever run comes next: another world is there, and may begin with a lower number."""
+        self.run = -1
+
     def take(self, message: Message, robot: str = FLEET) -> None:
         """Take in a message; ``robot`` is the one that its key names. What is of an older run is left out."""
         run = getattr(message, "run", self.run)

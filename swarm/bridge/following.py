@@ -30,6 +30,7 @@ class Follower:
         self._topics = tuple(listen)
         self._run: int | None = None  # whose last messages have been asked for
         self._worlds: set[str] = set()  # their sessions
+        self._last = ""  # the session of the world that came last
         self._seen = monotonic()  # s, when there was a world
         self.fold = Fold()
         self.errands = Errands()
@@ -59,6 +60,9 @@ class Follower:
                     messages.append(message)
                     self.fold.take(message, ids.get("robot", FLEET))
                 case Presence(session=session, alive=alive):
+                    if alive and self._last not in {"", session}:
+                        self.fold.void()
+                    self._last = session if alive else self._last
                     (self._worlds.add if alive else self._worlds.discard)(session)
                     self.errands.doubt()
                 case Link(up=up):

@@ -3,9 +3,11 @@
 It is here because no other room imports zenoh.
 """
 
+from collections import deque
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import zenoh
 import zenoh.ext
@@ -59,20 +61,30 @@ class Asked:
         self.query.drop()  # type: ignore[no-untyped-call]
 
 
+class Waiting(NamedTuple):
+    """What has come on a key and waits to be taken, and what Zenoh has declared for it."""
+
+    declared: Any
+    items: deque[Any]  # the newest; a newer one takes the place of the oldest
+    limit: int  # bytes
+
+
 class Foreign:
     """A session that knows nothing of topics or messages. Use it in a ``with``.
 
-    What comes waits in a channel of Zenoh's: no thread of this process takes it, and no sender waits for it.
+    What comes waits here until it is taken, of each key so much at most; no sender waits for it.
     """
 
-    def __init__(self, endpoint: settings.Endpoint) -> None:
-        self._endpoint = endpoint
+    def __init__(self, endpoint: settings.Endpoint, wake: Callable[[], None] = lambda: None) -> None:
+        """Call ``wake`` whenever something has come; any thread may call it."""
+        self._endpoint, self._wake = endpoint, wake
+        self._news: deque[bool] = deque(maxlen=1)  # something has come
         self._tokens: dict[str, Any] = {}
         self._publishers: dict[str, Any] = {}
         self._heard: dict[str, bool] = {}  # by key of a publisher: whether anybody listens
         self._hearers: dict[str, Any] = {}  # by such a key: a listener that tells when that changes
-        self._subscribers: dict[str, tuple[Any, int]] = {}
-        self._queryables: dict[str, tuple[Any, int]] = {}
+        self._subscribers: dict[str, Waiting] = {}
+        self._queryables: dict[str, Waiting] = {}
 
     def __enter__(self) -> "Foreign":
         try:
@@ -126,24 +138,32 @@ class Foreign:
 
     def listen(self, key: str, limit: int, *, late: bool = False) -> None:
         """Take what comes on a key, payloads of at most ``limit`` bytes; with ``late`` also what publishers keep."""
-        waiting: Any = zenoh.handlers.RingChannel(WAITING)
+        samples, put = self._waiting(WAITING)
         subscriber = (
             zenoh.ext.declare_advanced_subscriber(
-                self._session, key, waiting, history=zenoh.ext.HistoryConfig(detect_late_publishers=True)
+                self._session, key, put, history=zenoh.ext.HistoryConfig(detect_late_publishers=True)
             )
             if late
-            else self._session.declare_subscriber(key, waiting)
+            else self._session.declare_subscriber(key, put)
         )
-        self._subscribers[key] = subscriber, limit
+        self._subscribers[key] = Waiting(subscriber, samples, limit)
+
+    def news(self) -> bool:
+        """Return True if something has come on any key since the last call."""
+        try:
+            return self._news.pop()
+        except IndexError:
+            return False
 
     def arrived(self, key: str) -> list[bytes | PeerError]:
         """Return the payloads that came on a key since the last call, the oldest first; the last ``WAITING`` at most.
 
         For one that is too long there is an error in its place.
         """
-        subscriber, limit = self._subscribers[key]
+        _, samples, limit = self._subscribers[key]
         found: list[bytes | PeerError] = []
-        while (sample := subscriber.try_recv()) is not None:
+        while samples:
+            sample = samples.popleft()
             length = len(sample.payload)
             wrong = PeerError(f"expected at most {limit} bytes, got {length}")
             found.append(sample.payload.to_bytes() if length <= limit else wrong)
@@ -165,15 +185,16 @@ class Foreign:
 
         It is declared complete: a client of ROS asks only those that are (rmw_zenoh's docs/design.md, Services).
         """
-        channel: zenoh.handlers.RingChannel[Any] = zenoh.handlers.RingChannel(ASKING)
-        self._queryables[key] = self._session.declare_queryable(key, channel, complete=True), limit
+        queries, put = self._waiting(ASKING)
+        queryable = self._session.declare_queryable(key, put, complete=True)
+        self._queryables[key] = Waiting(queryable, queries, limit)
 
     def asked(self, key: str) -> list[Asked]:
         """Return the requests on a key since the last call."""
-        queryable, limit = self._queryables[key]
+        _, queries, limit = self._queryables[key]
         found = []
-        while (query := queryable.try_recv()) is not None:
-            found.append(Asked(key, limit, query))
+        while queries:
+            found.append(Asked(key, limit, queries.popleft()))
         return found
 
     def withdraw(self, key: str) -> None:
@@ -184,6 +205,17 @@ class Foreign:
             self._hearers.pop(key, None)
             publisher.undeclare()
         if (subscriber := self._subscribers.pop(key, None)) is not None:
-            subscriber[0].undeclare()
+            subscriber.declared.undeclare()
         if (queryable := self._queryables.pop(key, None)) is not None:
-            queryable[0].undeclare()
+            queryable.declared.undeclare()
+
+    def _waiting(self, most: int) -> tuple[deque[Any], Any]:
+        """Return where what comes waits, and a handler that puts it there, in Zenoh's own thread."""
+        waiting: deque[Any] = deque(maxlen=most)
+
+        def put(item: object) -> None:
+            waiting.append(item)
+            self._news.append(True)
+            self._wake()
+
+        return waiting, zenoh.handlers.Callback(put, indirect=False)

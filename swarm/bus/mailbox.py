@@ -22,11 +22,11 @@ class Mailbox(Generic[T]):
 
     def open(self) -> None:
         """Wake up whoever waits when this process is told to stop."""
-        wakers.add(self._wake)
+        wakers.add(self.wake)
 
     def close(self) -> None:
         """Do so no more."""
-        wakers.discard(self._wake)
+        wakers.discard(self.wake)
 
     def next(self, timeout: float | None) -> T | None:
         """Return the next item; None if none comes within ``timeout`` [s] (None: wait for ever), or to wake up."""
@@ -35,5 +35,6 @@ class Mailbox(Generic[T]):
         except Empty:
             return None
 
-    def _wake(self) -> None:
+    def wake(self) -> None:
+        """End the wait of whoever waits."""
         self.put(None)

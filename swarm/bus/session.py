@@ -278,6 +278,10 @@ class Bus:
             except PeerError as fault:
                 self._ledger.refuse(item[1].key if item[0] != "token" else "alive", fault)
 
+    def wake(self) -> None:
+        """Let ``receive`` return at once, with None if nothing has come; any thread may call it."""
+        self._inbox.wake()
+
     # --- inside ---
 
     def _key(self, topic: Topic[Any], ids: dict[str, str | int]) -> str:

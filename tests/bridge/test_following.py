@@ -1,10 +1,13 @@
 """What a bridge hears of its orders over the wire; the test is the world."""
 
+from functools import partial
+
 import pytest
 from msgspec.structs import replace
 
 from swarm.bridge.errand import Errand, How
 from swarm.bridge.following import LISTEN, ORDERED, Follower
+from swarm.bus import Bus, Endpoint
 from swarm.messages import CLOCK, EVENTS, MAP, STATE, STATUS, Event, Events, Map, Order, Phase, Status
 from tests.conftest import MakeBus
 from tests.messages.made import clock, event, state
@@ -42,3 +45,17 @@ def test_an_order_of_which_the_world_does_not_answer_yet_is_not_taken_as_done(ma
         ended = follower.take_in()
     assert [(one, end.how) for one, end in ended] == [(errand, How.REPLACED)]
     assert not follower.alone
+
+
+def test_a_world_that_begins_at_a_lower_run_again_is_followed_too(make_bus: MakeBus, endpoint: Endpoint) -> None:
+    follower = Follower(make_bus(fleet="again"), print, LISTEN)
+    for run, robots in ((5, ("a",)), (0, ("a", "b"))):
+        with Bus(endpoint, "again") as world:
+            told = clock(run=run, robots=robots)
+            world.keep(CLOCK, partial(dict, {CLOCK.key: told}))
+            world.keep(MAP, lambda: {MAP.key: Map(packed=PACKED, scenario=SETTINGS)})
+            world.announce("world", "world")
+            while follower.fold.run != run:
+                world.send(CLOCK, told)
+                follower.take_in()
+            assert follower.fold.robots == robots

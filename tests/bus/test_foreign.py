@@ -1,6 +1,7 @@
 """A session with others on a router: bytes on keys, tokens, messages for who comes late."""
 
 from queue import SimpleQueue
+from threading import Event
 from typing import Any
 
 import pytest
@@ -112,3 +113,14 @@ def test_it_is_known_whether_anybody_listens(endpoint: Endpoint) -> None:
         listening.undeclare()  # type: ignore[no-untyped-call]
         until(heard=False)
         session.withdraw("odom")
+
+
+def test_what_comes_wakes_whoever_waits_and_is_news_once(endpoint: Endpoint) -> None:
+    woken = Event()
+    with Foreign(endpoint, woken.set) as session, connect(endpoint) as other:
+        session.listen("goal", limit=10)
+        assert not session.news()
+        while not woken.is_set():
+            other.put("goal", b"there")
+            woken.wait(0.1)
+        assert (session.news(), session.newest("goal")) == (True, b"there")

@@ -2,8 +2,8 @@
 
 from collections.abc import Callable
 from itertools import count
-from time import monotonic, time_ns
-from typing import Any, Final
+from time import time_ns
+from typing import Any
 from uuid import uuid4
 
 from swarm.bridge.cdr.layouts import SECOND
@@ -27,10 +27,6 @@ from swarm.geometry import Pose
 from swarm.messages import ORDER, Truth
 from swarm.stopping import told_to_stop
 
-HEED: Final = 0.01  # s between two looks at what ROS asks of robots: each costs a call for each topic and service
-ATTEND: Final = 0.1  # s between two looks at what it asks of nodes
-FEW: Final = 8  # robots; of more, it is looked more rarely, so that all looks cost the same
-
 
 def run(
     endpoint: Endpoint,
@@ -53,7 +49,7 @@ def run(
         ConfigError: one of the routers does not answer.
     """
     router = endpoint if router is None else router
-    with told_to_stop() as stop, Bus(endpoint, fleet, log) as bus, Foreign(router) as session:
+    with told_to_stop() as stop, Bus(endpoint, fleet, log) as bus, Foreign(router, bus.wake) as session:
         bridge = Bridge(
             bus, session, Types(distro), domain, dialect=dialect, wall_time=wall_time, turns=final_turn, log=log
         )
@@ -93,23 +89,19 @@ class Bridge:
         self._attended: dict[str, dict[str, LiveNode]] = {}  # by robot and name: what tools ask of nodes
         self._nodes: dict[str, LiveNode] = {FLEET: self._main_node(FLEET, "/", offers=offered)}
         self._navigators: dict[str, Navigator] = {}  # by robot
-        self._heed_at = self._attend_at = 0.0  # s, when to look again at what ROS asks
 
     def follow(self, stopped: Callable[[], bool]) -> None:
         """Hand on all that comes, in both directions, until the run is over."""
         while not stopped() and not self._fold.over:
-            for errand, end in self._fleet.take_in(HEED):
+            for errand, end in self._fleet.take_in():
                 if errand.robot in self._navigators:
                     self._navigators[errand.robot].end(errand, end)
             self._show_robots()
             self._speak()
-            now, many = monotonic(), max(1.0, len(self._navigators) / FEW)
-            if now >= self._heed_at:
-                self._heed_at = now + HEED * many
+            if self._session.news():
                 self._heed()
-            if now >= self._attend_at:
-                self._attend_at = now + ATTEND * many
                 self._attend()
+            self._tell()
             self._ledger.flush()
         for one in self._navigators.values():
             one.abort("the run is over" if self._fold.over else "the bridge ends")
@@ -167,13 +159,17 @@ class Bridge:
         self._nodes[said.robot].put(said.topic, said.payload)
 
     def _heed(self) -> None:
-        """Take what ROS asks of the robots, and tell how far they are with it."""
-        settings = self._fold.settings
+        """Take what ROS asks of the robots."""
         for robot, one in self._navigators.items():
             self._heed_topics(robot)
             one.heed(self._fold.run, self._at(self._fold.time))
-            if settings is not None and robot in self._poses:
-                one.tell(self._poses[robot], settings.robot.top_speed, self._at(self._fold.time))
+
+    def _tell(self) -> None:
+        """Tell how far robots are with what ROS has asked of them."""
+        if (settings := self._fold.settings) is not None:
+            for robot, one in self._navigators.items():
+                if robot in self._poses:
+                    one.tell(self._poses[robot], settings.robot.top_speed, self._at(self._fold.time))
 
     def _heed_topics(self, robot: str) -> None:
         """Send the last goal of a robot to the world as an order, and log the answer."""
