@@ -5,6 +5,8 @@
 A run of real robots is recorded in one process, then played through a real router at real rates, senses too, so that
 the robots themselves cost nothing meanwhile. Listeners and the router are processes of their own. The first seconds, in
 which Python starts, are not counted. `grown` is how much own memory came while it was measured.
+
+The second table is of a real fleet in real time: how long a client of Nav2's action waits until its goal is accepted.
 """
 
 import argparse
@@ -17,6 +19,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from threading import Event as Flag
+from time import perf_counter
 from typing import Any, Final, NamedTuple
 
 import psutil
@@ -29,11 +32,16 @@ from benchmarks.dashboard import WARM_UP, router
 from benchmarks.measure import machine, printed
 from swarm.bus import Bus, Endpoint
 from swarm.messages import SENSE, Message, Topic
+from swarm.scenario.starts import names
+from tests.bridge.ros2.foreign import Client, client_session, placed, uuid
+from tests.launch.actors import Fleet
 from world.simulate import Tick
 
 ROS2, FOXGLOVE = "ROS 2", "Foxglove"
 BARS: Final = {ROS2: 15, FOXGLOVE: 10}  # % of a core
 PROTOCOL: Final = Subprotocol("foxglove.sdk.v1")
+ACCEPTED: Final = 50  # ms, of 99 goals in 100
+PAUSE: Final = 0.05  # s between two goals
 STARTS: Final = 6.0  # s more for a bridge and who listens to it: in ROS each robot has many nodes and services
 
 Sent = tuple[Topic[Any], Message, dict[str, Any]]
@@ -138,10 +146,31 @@ def measured(case: Case, played: Played, seconds: float) -> Sequence[str]:
     return [f"{share:.1f}", f"{BARS[case.bridge]}", f"{memory[1]:.0f}", f"{memory[1] - memory[0]:.1f}"]
 
 
+def accepted(robots: int, goals: int) -> Sequence[str]:
+    """Return the cells on goals of ROS to one robot of a fleet of processes."""
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        Fleet(Path("office"), "--serve", "--bridge", "ros2", runtime=Path(folder), robots=robots) as fleet,
+        fleet.bus() as bus,
+        client_session(fleet.endpoint) as session,
+    ):
+        fleet.await_all(bus)
+        client = Client(session, 0, names(robots)[0])
+        waits = []
+        for number in range(goals):
+            start = perf_counter()
+            assert client.send(uuid(), placed(4.0 + number % 5 * 0.5, 3.0))
+            waits.append(1e3 * (perf_counter() - start))
+            Flag().wait(PAUSE)
+    waits.sort()
+    return [f"{waits[goals // 2]:.1f}", f"{waits[round(0.99 * (goals - 1))]:.1f}", f"{ACCEPTED}"]
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description="What the bridges cost.")
     parser.add_argument("--seconds", type=float, default=20.0, help="of each measurement")
     parser.add_argument("--robots", type=int, default=64)
+    parser.add_argument("--goals", type=int, default=200, help="of each fleet")
     parser.add_argument("--only", default="", help="measure only rows with this text")
     given = parser.parse_args()
     print(machine())
@@ -152,6 +181,11 @@ def main() -> None:
     printed(head, [
         (name, lambda case=case: measured(case, played, given.seconds))  # type: ignore[misc]
         for name, case in named.items() if given.only in name
+    ])  # fmt: skip
+    fleets = {f"{robots} robots": robots for robots in (4, 16)}
+    printed(("goal to accepted", "median [ms]", "99 of 100 [ms]", "needed"), [
+        (name, lambda robots=robots: accepted(robots, given.goals))  # type: ignore[misc]
+        for name, robots in fleets.items() if given.only in name
     ])  # fmt: skip
 
 

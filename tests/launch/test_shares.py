@@ -100,7 +100,8 @@ def test_newcomers_without_room_are_said_once_and_not_tried_again(
     assert not processes.lacks(named(1, 5))
 
 
-ALL_AGAIN = ["stop world", "stop dashboard", "stop robot", "start world", "start r1"]
+STOPPED = ["stop world", "stop dashboard", "stop recorder", "stop ros2", "stop robot"]
+ALL_AGAIN = [*STOPPED, "start world", "start r1"]
 
 
 def test_another_set_up_starts_the_router_again_only_if_its_lease_is_too_short(tmp_path: Path) -> None:
@@ -110,7 +111,7 @@ def test_another_set_up_starts_the_router_again_only_if_its_lease_is_too_short(t
     assert processes.first_run == 5
     fleet.asked.clear()
     processes.start_again(replace(processes.options, robots=96), 6, Flag())
-    assert fleet.asked[:5] == ["stop world", "stop dashboard", "stop robot", "stop router", "start router"]
+    assert fleet.asked[:7] == [*STOPPED, "stop router", "start router"]
     assert isclose(fleet.lease("router"), 100 * LEASE_OF_EACH)
 
 

@@ -122,7 +122,8 @@ def assert_judged(scene: Scene, angles: Sequence[float], read: Sequence[float], 
             max(0.0, first_hit(space, (x, y), scene.yaw + angle, radius + reach) - radius) for space in spaces
         )
         assert least - ROUNDING <= got <= most + ROUNDING, (angle, least, got, most)
-        if most - least <= SHARP:
+        meets = least - ROUNDING <= exact <= most + ROUNDING  # pymunk may miss a corner that it should meet exactly
+        if meets and most - least <= SHARP:
             assert got == pytest.approx(exact, abs=CLOSE), angle
 
 
@@ -153,7 +154,14 @@ many = settings(max_examples=300)
 reaches = st.floats(0.01, 12.0) | st.sampled_from([0.5, 1.0, 1.6])
 
 
+AT_A_CORNER = Scene(
+    frozenset(), 0.6592734975111059, Pose(0.0, 0.0, 0.0), (Disc(0.0, 1.3185469950222117, 1.0),),
+    (Box(0.0, 2.6370939900444235, 3 * pi / 4, 0.5, 0.5), Box(0.0, 0.0, 0.0, 1.0, 1.0)), -pi / 2,
+)  # fmt: skip
+
+
 @many
+@example(AT_A_CORNER, [pi], 1.0)
 @given(scenes(), st.lists(turns, min_size=1, max_size=6), reaches)
 def test_a_ray_from_a_centre_ends_where_pymunks_does(scene: Scene, angles: list[float], reach: float) -> None:
     assert_judged(scene, angles, scene.cast(angles, reach), reach, 0.0)
