@@ -13,7 +13,7 @@ from typing import Final, NamedTuple
 import numpy as np
 import pymunk
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
