@@ -1,6 +1,6 @@
 """The process of the bridge: it listens to the fleet, speaks in ROS, and hands goals on, until the run is over."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from itertools import count
 from time import time_ns
 from typing import Any
@@ -38,12 +38,13 @@ def run(
     dialect: Dialect = Dialect.RMW_ZENOH,
     wall_time: bool = False,
     final_turn: bool = False,
+    without: Collection[str] = (),
     log: Callable[[str], None] = print,
 ) -> int:
     """Show a fleet to ROS, on another router or, with None, the same, until its run is over or we are told to stop.
 
     Stamps are those of the run, which ``/clock`` tells; with ``wall_time`` those of this machine, without ``/clock``.
-    With ``final_turn`` a robot turns to the yaw of a goal.
+    With ``final_turn`` a robot turns to the yaw of a goal. Robots ``without`` are not shown: they are in ROS already.
 
     Raises:
         ConfigError: one of the routers does not answer.
@@ -51,7 +52,15 @@ def run(
     router = endpoint if router is None else router
     with told_to_stop() as stop, Bus(endpoint, fleet, log) as bus, Foreign(router, bus.wake) as session:
         bridge = Bridge(
-            bus, session, Types(distro), domain, dialect=dialect, wall_time=wall_time, turns=final_turn, log=log
+            bus,
+            session,
+            Types(distro),
+            domain,
+            dialect=dialect,
+            wall_time=wall_time,
+            turns=final_turn,
+            without=without,
+            log=log,
         )
         how = f"in ROS domain {domain} ({distro})" if dialect is Dialect.RMW_ZENOH else f"as {dialect} has robots"
         log(f"fleet {fleet} is {how} on {router}")
@@ -72,10 +81,11 @@ class Bridge:
         dialect: Dialect,
         wall_time: bool,
         turns: bool,
+        without: Collection[str],
         log: Callable[[str], None],
     ) -> None:
         self._bus, self._session, self._ros, self._domain, self._dialect = bus, session, ros, domain, dialect
-        self._wall_time, self._turns, self._log = wall_time, turns, log
+        self._wall_time, self._turns, self._without, self._log = wall_time, turns, without, log
         self._converter = Converter(wants=self._wants)
         self._ledger = Ledger(log)
         self._fleet = Follower(bus, log, (*LISTEN, *ORDERED))
@@ -113,7 +123,7 @@ class Bridge:
         if self._robots == self._fold.robots:
             return
         self._robots = self._fold.robots
-        spaces, refused = namespaces(self._fold.robots)
+        spaces, refused = namespaces(robot for robot in self._robots if robot not in self._without)
         for robot in refused.keys() - self._refused.keys():
             self._log(f"{robot} is not in ROS: its name there would be that of {refused[robot]}; rename one of them")
         for robot in self._spaces.keys() - spaces.keys():

@@ -34,7 +34,7 @@ def bridge(options: argparse.Namespace) -> int:
     ros = router if options.ros is None else endpoint(options.ros, None, BRIDGE)
     return run(
         router, fleet, ros, options.domain, options.distro, dialect=Dialect(options.dialect),
-        wall_time=options.clock == "wall", final_turn=options.final_turn,
+        wall_time=options.clock == "wall", final_turn=options.final_turn, without=options.without,
     )  # fmt: skip
 
 
@@ -67,4 +67,6 @@ def add(commands: "Commands[Parser]") -> None:
     text = "a robot turns to the yaw of a goal, within 0.1 rad, before the goal counts; else it stands as it came"
     one.add_argument("--final-turn", action="store_true", help=text)
     of_a_body(one)
+    text = "a robot of the fleet that is not shown, since ROS has it already: see --body; may be repeated"
+    one.add_argument("--without", action="append", default=[], metavar="ROBOT", help=text)
     one.set_defaults(command=bridge)

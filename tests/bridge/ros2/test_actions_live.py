@@ -151,6 +151,18 @@ def test_a_newer_goal_of_another_client_aborts_the_older(small: Path, tmp_runtim
         assert one.result(third).get(Result).status == ABORTED, "somebody of the fleet has other wishes"
 
 
+@pytest.mark.costs("a robot drives to a goal in real time")
+def test_a_client_that_dies_leaves_its_goal_under_way_and_another_gets_the_result(
+    small: Path, tmp_runtime: Path, endpoint: Endpoint
+) -> None:
+    with bridged(small, tmp_runtime, endpoint) as seen, Client(seen.session, DOMAIN, "r1") as other:
+        goal = uuid()
+        with client_session(endpoint) as dying, Client(dying, DOMAIN, "r1") as one:
+            assert one.send(goal, NEAR)
+            one.result(goal)
+        assert other.result(goal).get(Result) == Result(SUCCEEDED, 0, "")
+
+
 def test_goals_are_cancelled_by_id_and_all_at_once(small: Path, tmp_runtime: Path, endpoint: Endpoint) -> None:
     with bridged(small, tmp_runtime, endpoint) as seen, Client(seen.session, DOMAIN, "r1") as client:
         assert client.cancel() == (NONE, [])

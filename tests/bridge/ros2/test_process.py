@@ -236,13 +236,24 @@ def test_robots_of_which_the_run_knows_no_more_are_withdrawn_and_namesakes_are_t
     settings, packed = scenario_of().to_wire()
     with make_bus(fleet="names") as world:
         world.announce("world", "world")
-        told = clock(robots=("r1", "arm-2", "arm.2"))
+        told = clock(robots=("r1", "arm-2", "arm.2", "real"))
         path = Plan(robot="r1", run=told.run, tick=20, points=[(0.0, 0.0), (1.5, 2.0)])
         world.keep(MAP, lambda: {MAP.key: Map(packed=packed, scenario=settings)})
         world.keep(CLOCK, lambda: {CLOCK.key: told})
         world.keep(TRUTH, lambda: {TRUTH.key: truth(0)})
         world.keep(PLAN, lambda: {PLAN.key.format(robot="r1"): path})
-        command = ("bridge", "ros2", "--connect", str(endpoint), "--fleet", "names", "--domain", "11")
+        command = (
+            "bridge",
+            "ros2",
+            "--connect",
+            str(endpoint),
+            "--fleet",
+            "names",
+            "--domain",
+            "11",
+            "--without",
+            "real",
+        )
         with ros(endpoint, 11) as session, Command(*command, runtime=tmp_runtime) as bridge:
             tokens = session.tokens()
             assert endpoints(tokens, of_robot("r1") | of_robot("arm_2"), zenoh.SampleKind.PUT) >= {"%r1", "%arm_2"}
@@ -257,6 +268,8 @@ def test_robots_of_which_the_run_knows_no_more_are_withdrawn_and_namesakes_are_t
             assert endpoints(tokens, of_robot("arm_2"), zenoh.SampleKind.DELETE) <= {"%arm_2"}
             world.send(CLOCK, clock(phase=Phase.OVER, robots=("r1",)))
             assert bridge.end() == 0
+            gone = endpoints(tokens, {"%map"}, zenoh.SampleKind.DELETE)
+            assert "%real" not in gone, "it was left out, since ROS has it already"
 
 
 def test_the_launcher_starts_the_bridge_and_starts_it_again(small: Path, tmp_runtime: Path) -> None:
