@@ -37,6 +37,7 @@ BUILD = "import runpy, sys; sys.modules['swarm'] = None; runpy.run_path('setup.p
 
 pytestmark = [
     pytest.mark.long("compiles the whole package with a C compiler: minutes", first=True),
+    pytest.mark.timeout(1500),
     pytest.mark.skipif(shutil.which(COMPILER) is None, reason=f"there is no C compiler: {COMPILER} is not found"),
 ]
 
