@@ -4,7 +4,8 @@ import argparse
 from collections.abc import Sequence
 from typing import Final
 
-from swarm.cli import bridge, completion
+from swarm.cli import completion
+from swarm.cli.bridge import commands as bridge
 from swarm.cli.look import echo, hz, logs, ls, status, topics, watch
 from swarm.cli.offline import analyze, asking, drill, replay, storm, tools
 from swarm.cli.parsing import Commands, Parser, Version, joined

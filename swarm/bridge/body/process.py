@@ -70,20 +70,25 @@ class Stand:
         body = Body(self._setting, self._settings, monotonic())
         dt = 1 / self._settings.rate
         beat = monotonic()
+        self._beat(body, beat)  # it stands, and says for want of what
         while not stopped() and not self._over:
             commanded = self._take_in(body)
             now = monotonic()
             self._hear(body, now)
             if commanded or now >= beat:
-                twist, said = body.beat(now)
-                self._robot.drive(twist)
+                self._beat(body, now)
                 beat = now + dt
-                for line in said:
-                    self._log(line)
             self._report(body, now, dt)
             self._ledger.flush()
         if self._over:
             self._log("the run is over")
+
+    def _beat(self, body: Body, now: float) -> None:
+        """Tell the robot how to drive, and people why it does not."""
+        twist, said = body.beat(now)
+        self._robot.drive(twist)
+        for line in said:
+            self._log(line)
 
     def _scenario(self) -> Settings | None:
         """Return the settings of the fleet's scenario; None: its world is not there.

@@ -1,16 +1,1 @@
-"""The command `swarm bridge`: a running fleet as other worlds of robotics see it, a file for each of these worlds."""
-
-from typing import Final
-
-from swarm.cli.bridge import foxglove, ros2, vda5050
-from swarm.cli.parsing import Commands, Parser
-
-OTHERS: Final = (ros2, foxglove, vda5050)
-
-
-def add(commands: "Commands[Parser]") -> None:
-    """Add this command to the command line, with one below it for each of the other worlds."""
-    one = commands.add_parser("bridge", help="show a running fleet to other software, and take orders from it")
-    others: Commands[Parser] = one.add_subparsers(required=True, dest="to", metavar="TO", parser_class=Parser)
-    for other in OTHERS:
-        other.add(others)
+"""The command `swarm bridge`, a file for each of the other worlds of robotics to which it shows a fleet."""

@@ -18,6 +18,8 @@ from tests.secure.shared import fleet_keys
 from tests.shared import PAPER, scenario_of
 
 pytestmark = pytest.mark.processes
+LATE: Final = ("no hold without a claim",)  # reports that a busy machine delays put the body into cells of nobody
+JUMPS: Final = (*LATE, "no body outside")  # and so does a robot that is suddenly elsewhere
 
 
 @pytest.mark.long("the paper's mission in real time")
@@ -32,12 +34,12 @@ def test_one_of_four_robots_is_outside_and_the_papers_mission_is_complete(
     like: dict[str, object], tmp_runtime: Path, endpoint: Endpoint
 ) -> None:
     with (
-        Fleet(PAPER, "--pace", "1", "--body", "r2", runtime=tmp_runtime, robots=4) as fleet,
+        Fleet(PAPER, "--pace", "1", "--body", "r2", runtime=tmp_runtime, robots=4, breaks=LATE) as fleet,
         fleet.bus() as bus,
         foreign_robot(endpoint, **floor_of(fleet, bus, "r2"), **like) as robot,
     ):
         words = ("--body", "r2", "--pose", "/r2/amcl_pose", "--scan", "/r2/scan")
-        with Command("bridge", "ros2", "--ros", str(endpoint), *words, runtime=tmp_runtime) as body:
+        with Command("bridge", "ros2", "--ros", str(endpoint), *words, runtime=tmp_runtime, breaks=LATE) as body:
             body.await_line("r2 goes on")
             assert fleet.end() == 0, fleet.text
             assert body.end() == 0
@@ -72,10 +74,6 @@ DRIVING: Final = (
     ("set slow 0.4", "and was told"),
     ("set slow 0.0", "does not turn though it was told"),
 )
-JUMPS: Final = (
-    "no hold without a claim",
-    "no body outside",
-)  # a robot that is suddenly elsewhere is in cells of nobody
 WORDS: Final = ("--body", "r2", "--pose", "/r2/amcl_pose", "--scan", "/r2/scan", "--estop", "/r2/estop")
 
 
@@ -186,11 +184,13 @@ def test_a_mission_by_odometry_alone_in_real_time_and_in_lockstep(
     pace: str, like: dict[str, object], words: tuple[str, ...], small: Path, tmp_runtime: Path, endpoint: Endpoint
 ) -> None:
     with (
-        Fleet(small, "--pace", pace, "--body", "r2", runtime=tmp_runtime) as fleet,
+        Fleet(small, "--pace", pace, "--body", "r2", runtime=tmp_runtime, breaks=LATE) as fleet,
         fleet.bus() as bus,
         foreign_robot(endpoint, **floor_of(fleet, bus, "r2"), drift=0.002, **like) as robot,
     ):
-        with Command("bridge", "ros2", "--body", "r2", "--ros", str(endpoint), *words, runtime=tmp_runtime) as body:
+        with Command(
+            "bridge", "ros2", "--body", "r2", "--ros", str(endpoint), *words, runtime=tmp_runtime, breaks=LATE
+        ) as body:
             assert fleet.end() == 0, fleet.text
             assert body.end() == 0
         assert robot.end()[0] == 0
@@ -205,12 +205,12 @@ def test_in_a_fleet_with_keys_a_body_has_the_keys_of_its_robot(
 ) -> None:
     fleet_keys(keys := tmp_runtime / "keys")
     with (
-        Fleet(small, "--pace", "1", "--body", "r2", runtime=tmp_runtime, keys=keys) as fleet,
+        Fleet(small, "--pace", "1", "--body", "r2", runtime=tmp_runtime, keys=keys, breaks=LATE) as fleet,
         fleet.bus() as bus,
         foreign_robot(endpoint, **floor_of(fleet, bus, "r2")) as robot,
     ):
         words = ("--body", "r2", "--ros", str(endpoint), "--secure", str(keys))
-        with Command("bridge", "ros2", *words, runtime=tmp_runtime) as body:
+        with Command("bridge", "ros2", *words, runtime=tmp_runtime, breaks=LATE) as body:
             bus.listen(EVENT)
             await_event(bus, lambda event: event.kind == "reached" and event.robot == "r2")
             assert main(["stop", "--secure", str(keys)]) == 0
