@@ -1,45 +1,65 @@
-# One image per role: docker build --target robot | world | dashboard .   (compose.yaml builds all three)
-# The robot and world images do not contain Rerun. The build compiles the kernels, so that no process compiles at start.
-ARG PYTHON=3.11
+# One image for each role: docker build --target robot | world | dashboard .   (compose.yaml builds them; docs/deploy.md)
+# The build compiles the kernels; no process of a container compiles anything.
+ARG BASE=python:3.11-slim
 
-FROM python:${PYTHON}-slim AS build
+FROM ${BASE} AS build-robot
 # NUMBA_CPU_NAME=generic: the image may run on another processor than the build. NUMBA_CACHE_DIR holds compiled kernels.
-ENV PIP_NO_CACHE_DIR=1 PIP_DISABLE_PIP_VERSION_CHECK=1 NUMBA_CACHE_DIR=/opt/numba NUMBA_CPU_NAME=generic
+ENV PIP_NO_CACHE_DIR=1 PIP_DISABLE_PIP_VERSION_CHECK=1 NUMBA_CACHE_DIR=/opt/kernels NUMBA_CPU_NAME=generic
+# strip and pip stay in the build
+# hadolint ignore=DL3008
+RUN apt-get update && apt-get install --yes --no-install-recommends binutils && rm -rf /var/lib/apt/lists/* \
+    && python -m venv /opt/pip && python -m venv --without-pip /opt/swarm
 WORKDIR /src
-RUN python -m venv /opt/swarm
 COPY pyproject.toml requirements.lock ./
-# The dependencies first, in a layer of their own, so that a change of the code does not install them again.
-RUN /opt/swarm/bin/python -c "import tomllib; print('\n'.join(tomllib.load(open('pyproject.toml', 'rb'))['project']['dependencies']))" > needed.txt \
-    && /opt/swarm/bin/pip install --constraint requirements.lock --requirement needed.txt
+COPY swarm/__init__.py swarm/errors.py swarm/installed.py swarm/
+# The libraries first, in a layer of their own, so that a change of the code does not install them again.
+RUN python -m swarm.installed > needed.txt \
+    && /opt/pip/bin/pip --python /opt/swarm/bin/python install --constraint requirements.lock --requirement needed.txt \
+    && find /opt/swarm/lib -type d -name tests -path '*/site-packages/*' -prune -exec rm -rf {} + \
+    && find /opt/swarm/lib -name '*.so' -size +4M -not -path '*.libs/*' -exec strip --strip-unneeded {} +
 COPY swarm swarm
 COPY world world
 COPY dashboard dashboard
 COPY scenarios scenarios
-COPY README.md ./
+COPY README.md LICENSE ./
 # From another folder: in /src, Python would take and compile the package of /src instead of the installed one.
-RUN /opt/swarm/bin/pip install --no-deps . \
+RUN /opt/pip/bin/pip --python /opt/swarm/bin/python install --no-deps . \
     && cd / && /opt/swarm/bin/python -m swarm.compiled
 
-FROM build AS build-dashboard
-RUN /opt/swarm/bin/pip install --constraint requirements.lock 'zenoh-swarm[rerun]'
+FROM build-robot AS build-world
+RUN /opt/pip/bin/pip --python /opt/swarm/bin/python install --constraint requirements.lock zenoh-swarm
 
-FROM python:${PYTHON}-slim AS base
-# a volume for keys that is mounted at /keys becomes the user's
-RUN useradd --create-home --uid 10001 swarm && install -d -o swarm -g swarm -m 700 /keys
-ENV PATH=/opt/swarm/bin:$PATH PYTHONUNBUFFERED=1 NUMBA_CACHE_DIR=/opt/numba NUMBA_CPU_NAME=generic
-# numba uses a cache only if it can write to it
-COPY --from=build --chown=swarm:swarm /opt/numba /opt/numba
-WORKDIR /home/swarm
+FROM build-world AS build-dashboard
+RUN /opt/pip/bin/pip --python /opt/swarm/bin/python install --constraint requirements.lock 'zenoh-swarm[rerun]'
+
+FROM ${BASE} AS base
+ARG VERSION=0
+LABEL org.opencontainers.image.title="zenoh-swarm" \
+      org.opencontainers.image.description="Multi-robot coordination over Zenoh" \
+      org.opencontainers.image.version="${VERSION}" \
+      org.opencontainers.image.licenses="MIT"
+# volumes that are mounted at /keys and /state become the user's
+RUN useradd --create-home --uid 10001 swarm && install -d -o swarm -g swarm -m 700 /keys /state
+# The root file system may be read-only: what is written goes to /tmp, /state and /dev/shm.
+ENV PATH=/opt/swarm/bin:$PATH PYTHONUNBUFFERED=1 PYTHONDONTWRITEBYTECODE=1 \
+    NUMBA_CACHE_DIR=/opt/kernels NUMBA_CPU_NAME=generic NUMBA_CACHE_LOCATOR_CLASSES=swarm.built_kernels.BuiltKernels \
+    XDG_RUNTIME_DIR=/tmp SWARM_ALIVE=/tmp/alive
+COPY --from=build-robot /opt/kernels /opt/kernels
+WORKDIR /state
 USER 10001
 STOPSIGNAL SIGTERM
+# The main loop touches the file once a second.
+HEALTHCHECK --interval=10s --timeout=5s --start-period=60s --retries=3 \
+    CMD ["sh", "-c", "test -n \"$(find $SWARM_ALIVE -newermt '-10 seconds')\""]
 
 FROM base AS robot
-COPY --from=build /opt/swarm /opt/swarm
+COPY --from=build-robot /opt/swarm /opt/swarm
 ENTRYPOINT ["swarm", "robot"]
 CMD ["--connect", "tcp/router:7447", "--fleet", "compose"]
 
+# also the router: --entrypoint swarm, router --listen tcp/0.0.0.0:7447 --insecure
 FROM base AS world
-COPY --from=build /opt/swarm /opt/swarm
+COPY --from=build-world /opt/swarm /opt/swarm
 ENTRYPOINT ["swarm", "world"]
 CMD ["paper", "--connect", "tcp/router:7447", "--fleet", "compose"]
 

@@ -4,8 +4,9 @@ import argparse
 import os
 import sys
 from pathlib import Path
+from secrets import token_urlsafe
 
-from dashboard.mode import choose
+from dashboard.mode import BOX, TOKEN, box_address, choose
 from dashboard.viewers import end_with
 from swarm.errors import SwarmError
 from swarm.installed import without
@@ -13,13 +14,14 @@ from swarm.installed import without
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the dashboard and return the exit status; 2 if the command line is wrong or the machine lacks something."""
-    parser = argparse.ArgumentParser(prog="python -m dashboard", description="See a fleet in Rerun.")
+    parser = argparse.ArgumentParser(prog="python -m dashboard", description="See a fleet in Rerun, or in the box.")
     parser.add_argument("--connect", required=True, metavar="tcp/HOST:PORT", help="where the fleet's router listens")
     parser.add_argument("--fleet", required=True, metavar="NAME")
     parser.add_argument("--secure", type=Path, metavar="DIR", help="folder with the keys of this fleet (`swarm keys`)")
     shown = parser.add_mutually_exclusive_group()
     shown.add_argument("--web", dest="asked", action="store_const", const="web", help="serve the web viewer")
     shown.add_argument("--viewer", dest="asked", action="store_const", const="viewer", help="open the native viewer")
+    shown.add_argument("--box", dest="asked", action="store_const", const=BOX, help="serve the box, without Rerun")
     shown.add_argument("--off-screen", dest="asked", action="store_const", const="off", help="only record")
     parser.add_argument("--record", type=Path, metavar="FILE.rrd")
     parser.add_argument("--bind", default="127.0.0.1", metavar="HOST", help="0.0.0.0: viewers on other machines too")
@@ -30,6 +32,8 @@ def main(arguments: list[str] | None = None) -> int:
     given = parser.parse_args(arguments)
     if given.ends_with is not None and not end_with(given.ends_with):
         return 0
+    if given.asked == BOX:
+        return boxed(given)
     if lacking := without("rerun"):
         print(lacking, file=sys.stderr)
         return 2
@@ -49,6 +53,23 @@ def main(arguments: list[str] | None = None) -> int:
             web_port=given.web_port,
             rules=given.rules,
         )
+    except SwarmError as fault:
+        print(fault, file=sys.stderr)
+        return 2
+
+
+def boxed(given: argparse.Namespace) -> int:
+    """Serve the box of a fleet until told to stop, and return the exit status."""
+    from dashboard.box.process import run
+    from swarm.bus import Endpoint
+    from swarm.secure.names import OPERATOR
+
+    try:
+        endpoint = Endpoint.parse(given.connect, given.secure, OPERATOR)
+        port = given.web_port or Endpoint(given.bind, 0).claim().port
+        token = token_urlsafe(TOKEN)
+        print(f"box: {box_address(port, token)}", flush=True)
+        return run(endpoint, given.fleet, port, token, bind=given.bind)
     except SwarmError as fault:
         print(fault, file=sys.stderr)
         return 2

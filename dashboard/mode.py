@@ -11,6 +11,7 @@ from swarm.errors import ConfigError
 Mode = Literal["viewer", "web", "off-screen"]
 ASKED: Final = ("auto", "viewer", "web", "box", "off")
 BOX: Final = "box"  # the page of dashboard/box, which needs no Rerun
+TOKEN: Final = 18  # bytes of chance in the token of a box
 LOOPBACK: Final = "127.0.0.1"
 ANY: Final = "0.0.0.0"  # all addresses of this machine
 ANSWERS: Final = 2.0  # s in which a port of this machine answers

@@ -47,7 +47,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def name(root: Path, version: str, home: str = "") -> None:
-    """Give the project a version, and its addresses if a ``home`` is given: in its files, with a commit and a tag.
+    """Set the project's version, and its addresses if a ``home`` is given: in its files, with a commit and a tag.
 
     Raises:
         ReleaseError: it is no version, there is nothing new, or the folder has changes that are not committed.
@@ -60,10 +60,12 @@ def name(root: Path, version: str, home: str = "") -> None:
         raise ReleaseError(f"expected a new version, got {version}, which has a tag; choose a higher one")
     settings, changes = root / "pyproject.toml", root / "CHANGELOG.md"
     text = changes.read_text(encoding="utf-8")
-    changes.write_text(dated(text, version, datetime.now(UTC).date().isoformat()), encoding="utf-8")
+    text = dated(text, version, datetime.now(UTC).date().isoformat())
     old = settings.read_text(encoding="utf-8")
     new = re.sub(r'(?m)^version = ".*"$', f'version = "{version}"', old, count=1)
-    settings.write_text(addressed(new, home.rstrip("/")) if home else new, encoding="utf-8")
+    new = addressed(new, home.rstrip("/")) if home else new
+    changes.write_text(text, encoding="utf-8")
+    settings.write_text(new, encoding="utf-8")
     _done(["git", "commit", "--quiet", "--all", "--message", f"Release {version}"], root)
     _done(["git", "tag", "--annotate", "--message", f"Release {version}", f"v{version}"], root)
 

@@ -7,7 +7,7 @@ from importlib.util import find_spec
 from typing import Final
 
 from swarm.errors import ConfigError, SwarmError
-from swarm.installed import check
+from swarm.installed import ROBOT, check
 
 KERNELS: Final = (  # a test compares this list with the code
     "swarm.fuzzy.kernel",
@@ -77,7 +77,7 @@ def by_mypyc() -> bool:
 
 if __name__ == "__main__":
     try:
-        check()
+        check(ROBOT)  # the image of a robot has no others
         announce()
         load()
     except SwarmError as fault:

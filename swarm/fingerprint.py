@@ -18,11 +18,12 @@ LEFT_OUT: Final = (
     "world/explain",
 )  # they decide nothing
 ENDINGS: Final = (".py", ".so")  # rules and maps are on the tape
-LIBRARIES: Final = ("numpy", "numba", "pymunk", "msgspec", "shapely")
+OF_ROBOTS: Final = ("numpy", "numba", "msgspec")  # the libraries that compute in a robot's process
+LIBRARIES: Final = (*OF_ROBOTS, "pymunk", "shapely")
 
 
 @cache
-def fingerprint(left_out: tuple[str, ...] = LEFT_OUT) -> str:
+def fingerprint(left_out: tuple[str, ...] = LEFT_OUT, libraries: tuple[str, ...] = LIBRARIES) -> str:
     """Return 16 hexadecimal digits of this package's code, the libraries that compute, and this Python."""
     found = hashlib.blake2b(digest_size=8)
     for room in ROOMS:
@@ -32,7 +33,7 @@ def fingerprint(left_out: tuple[str, ...] = LEFT_OUT) -> str:
                 name = f"{room}/{file.relative_to(folder).as_posix()}"
                 if file.suffix in ENDINGS and not name.startswith(left_out):
                     found.update(name.encode() + b"\0" + hashlib.blake2b(file.read_bytes()).digest())
-    for library in LIBRARIES:
+    for library in libraries:
         found.update(f"{library} {version(library)}\n".encode())
     found.update(f"{sys.implementation.cache_tag}".encode())
     return found.hexdigest()

@@ -1,6 +1,6 @@
 """What an installation needs beside this package: a sentence for what is missing, and for what is in its way."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from importlib.util import find_spec
 from pathlib import Path
 from types import MappingProxyType
@@ -26,6 +26,15 @@ LIBRARIES: Final[Mapping[str, str]] = MappingProxyType(
         "shtab": "shtab",
     }
 )
+ROBOT: Final = (
+    "cryptography",
+    "eclipse-zenoh",
+    "msgpack",
+    "msgspec",
+    "numba",
+    "numpy",
+    "pyyaml",
+)  # all that `swarm robot` needs
 EXTRAS: Final[Mapping[str, Mapping[str, str]]] = MappingProxyType(
     {
         "rerun": {"rerun-sdk": "rerun"},
@@ -45,8 +54,8 @@ TOPS: Final = ("world", "dashboard")  # installed beside `swarm`, under names th
 HOME: Final = Path(__file__).parents[1]
 
 
-def check() -> None:
-    """Check that all libraries are installed and that nothing hides a part of this package.
+def check(needed: Iterable[str] = LIBRARIES) -> None:
+    """Check that the libraries that are needed are installed and that nothing hides a part of this package.
 
     Raises:
         ConfigError: one is missing, or another module comes before ours on Python's path.
@@ -59,8 +68,8 @@ def check() -> None:
                 f"{name}: expected {HOME / name}, a part of zenoh-swarm, got {found}, which is first on Python's path; "
                 "rename that, or take its folder out of PYTHONPATH"
             )
-    for library, name in LIBRARIES.items():
-        if find_spec(name) is None:
+    for library in needed:
+        if find_spec(LIBRARIES[library]) is None:
             raise ConfigError(f"{library}: expected it with zenoh-swarm, found none; run `pip install {library}`")
 
 
@@ -74,3 +83,7 @@ def without(extra: str) -> str | None:
     """Return a sentence that says how to install an extra, or None if it is installed."""
     missing = any(find_spec(name) is None for name in EXTRAS[extra].values())
     return f"{NAMES.get(extra, extra)} is not installed: pip install 'zenoh-swarm[{extra}]'" if missing else None
+
+
+if __name__ == "__main__":  # what the image of a robot installs
+    print("\n".join(ROBOT))

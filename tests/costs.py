@@ -5,6 +5,7 @@ process and of the processes that it has waited for, which does not grow while o
 """
 
 import os
+import sys
 from collections.abc import Generator, Iterable
 from typing import Final
 
@@ -42,6 +43,14 @@ def _spent() -> float:
     return sum(os.times()[:4])
 
 
+def _end_fork_server() -> None:
+    """End the fork server that a test has left: what it and its children cost would count for the test that ends it."""
+    if "multiprocessing.forkserver" in sys.modules:
+        from swarm.launch.supervise.fleet import call_off
+
+        call_off()
+
+
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_call(item: pytest.Item) -> Generator[None, None, None]:
     """Note what the test costs."""
@@ -49,6 +58,7 @@ def pytest_runtest_call(item: pytest.Item) -> Generator[None, None, None]:
     try:
         return (yield)
     finally:
+        _end_fork_server()
         item.user_properties.append(("cost", _spent() - before))
 
 

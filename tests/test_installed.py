@@ -12,7 +12,7 @@ from typing import Any, Final
 
 import pytest
 
-from swarm.installed import EXTRAS, LIBRARIES, TOPS
+from swarm.installed import EXTRAS, LIBRARIES, ROBOT, TOPS
 from tests.shared import ROOT
 
 PRODUCT: Final = ("swarm", "scenarios", *TOPS)
@@ -105,6 +105,20 @@ def test_a_module_of_the_same_name_in_the_way_is_named(tmp_path: Path, name: str
 @pytest.mark.parametrize("library", LIBRARIES)
 def test_a_library_that_is_missing_is_named(tmp_path: Path, library: str) -> None:
     done = swarm(tmp_path, "run", "paper", code=f"sys.modules['{LIBRARIES[library]}'] = None")
+    expected = f"swarm: {library}: expected it with zenoh-swarm, found none; run `pip install {library}`\n"
+    assert (done.returncode, done.stderr) == (2, expected)
+
+
+def test_a_robot_does_without_the_libraries_that_only_others_need(tmp_path: Path) -> None:
+    others = {name for library, name in LIBRARIES.items() if library not in ROBOT}
+    nowhere = "--connect", "tcp/127.0.0.1:9"
+    done = swarm(tmp_path, "robot", *nowhere, code=f"sys.modules |= dict.fromkeys({others})")
+    assert "expected a running router" in done.stderr
+
+
+@pytest.mark.parametrize("library", ROBOT)
+def test_a_library_that_a_robot_lacks_is_named(tmp_path: Path, library: str) -> None:
+    done = swarm(tmp_path, "robot", code=f"sys.modules['{LIBRARIES[library]}'] = None")
     expected = f"swarm: {library}: expected it with zenoh-swarm, found none; run `pip install {library}`\n"
     assert (done.returncode, done.stderr) == (2, expected)
 

@@ -18,7 +18,7 @@ from dashboard.box.viewer import RerunPage
 from dashboard.fold.overlays import DETAILED
 from dashboard.fold.state import RunState
 from dashboard.listening import Listener
-from dashboard.mode import box_address
+from dashboard.mode import LOOPBACK, box_address
 from swarm.bus import Bus, Endpoint, Link
 from swarm.errors import SwarmError
 from swarm.messages import CLOCK, EVENTS, MAP, PLAN, SETUP, TRUTH, Clock, Event, Events, Map, Plan, Truth
@@ -41,11 +41,19 @@ KEYS: Final[dict[type, str]] = {  # of news -> of the frame that shows it
 
 
 def run(
-    endpoint: Endpoint, fleet: str, port: int, token: str, *, open_page: bool = False, tape: Path | None = None
+    endpoint: Endpoint,
+    fleet: str,
+    port: int,
+    token: str,
+    *,
+    open_page: bool = False,
+    tape: Path | None = None,
+    bind: str = LOOPBACK,
 ) -> int:
     """Serve the box until we are told to stop; ``open_page`` shows it in this machine's browser.
 
-    ``tape`` is the file of the run's tape.
+    ``tape`` is the file of the run's tape. Only the names of this machine's loopback are answered, whatever the box is
+    bound to: a container that publishes its port there has to ``bind`` more.
 
     Raises:
         ConfigError: the port is in use, or there is no router.
@@ -55,7 +63,7 @@ def run(
         Bus(endpoint, fleet) as bus,
         closing(RerunPage(endpoint, fleet)) as viewer,
         closing(Past(tape)) as past,
-        Server(port, token, Asking(bus, viewer.address, past)) as server,
+        Server(port, token, Asking(bus, viewer.address, past), bind) as server,
     ):
         server.show({telling.HELLO: telling.hello(fleet, shipped(), tape)})
         if open_page:

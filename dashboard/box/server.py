@@ -67,10 +67,13 @@ def _answered(body: bytes, kind: str = "application/json") -> web.Response:
 
 
 class Server:
-    """The server on a port of this machine. Use it in a ``with``; ``show`` puts a frame on everybody's page."""
+    """The server on a port. Use it in a ``with``; ``show`` puts a frame on everybody's page.
 
-    def __init__(self, port: int, token: str, asking: Asking) -> None:
-        self._port, self._token, self._wire = port, token, asking
+    Only the names of this machine's loopback are answered; ``bind`` is for containers that publish the port there.
+    """
+
+    def __init__(self, port: int, token: str, asking: Asking, bind: str = LOOPBACK) -> None:
+        self._port, self._token, self._wire, self._bind = port, token, asking, bind
         self._board = Board()
         self._news: set[asyncio.Event] = set()  # one a browser: something waits for it
         self._files = assets()
@@ -153,7 +156,7 @@ class Server:
         self._over = asyncio.Event()
         try:
             try:
-                await web.TCPSite(runner, LOOPBACK, self._port).start()
+                await web.TCPSite(runner, self._bind, self._port).start()
             except OSError as fault:
                 self._listens.set_exception(ConfigError(f"box: port {self._port}: expected a free port, got {fault}"))
                 return

@@ -19,6 +19,7 @@ class Fold:
         self.run = -1
         self.time = 0.0  # s, since the run began
         self.over = False
+        self._void = False  # the run that comes next counts, whatever its number
         self.clock: Clock | None = None  # the newest
         self.settings: Settings | None = None  # not known before the map has come
         self._waiting: dict[tuple[type[Message], str], Message] = {}
@@ -26,14 +27,16 @@ class Fold:
 
     def void(self) -> None:
         """Take whatever run comes next: another world is there, and may begin with a lower number."""
-        self.run = -1
+        self._void = True
 
     def take(self, message: Message, robot: str = FLEET) -> None:
         """Take in a message; ``robot`` is the one that its key names. What is of an older run is left out."""
         run = getattr(message, "run", self.run)
-        if run < self.run:
+        if run < self.run and not self._void:
             return
-        if run > self.run:
+        if self._void and hasattr(message, "run"):
+            self._void, self.time = False, getattr(message, "time", 0.0)
+        if run != self.run:
             self.run, self.time, self.over = run, 0.0, False
             self._waiting = {key: one for key, one in self._waiting.items() if isinstance(one, Map)}
             self._events.clear()

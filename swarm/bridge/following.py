@@ -17,6 +17,7 @@ KEPT: Final[tuple[Topic[Any], ...]] = (CLOCK, MAP, TRUTH, PLAN, STATE)  # the wo
 LOOK: Final = 0.05  # s, the longest time between two looks at the other side: a period of the usual senses
 MOST: Final = 1000  # arrivals that are taken in before what they say goes out: a run may be faster than this process
 ANSWER: Final = 1.0  # s to wait for what the world keeps
+REPLY: Final = 2.0  # s to wait for the world's answer to a request; meanwhile a bridge says nothing
 
 
 class Follower:
@@ -62,6 +63,7 @@ class Follower:
                 case Presence(session=session, alive=alive):
                     if alive and self._last not in {"", session}:
                         self.fold.void()
+                        self._run = None  # its map may be another
                     self._last = session if alive else self._last
                     (self._worlds.add if alive else self._worlds.discard)(session)
                     self.errands.doubt()
@@ -73,16 +75,9 @@ class Follower:
             arrived = self._bus.receive(0.0) if room else None
         self._seen = monotonic() if self._worlds else self._seen
         ended = self.errands.take(messages)
-        if self.errands.asks and self._worlds and (answers := self._asked()):
+        if self.errands.asks and self._worlds and (answers := asked(self._bus)):
             ended += self.errands.told(answers)
         return [*ended, *self.errands.alone(AWAY)] if self.alone else ended
-
-    def _asked(self) -> list[Message]:
-        """Ask the world for all that the end of an order can be seen from; return nothing if it does not answer all."""
-        status, events = self._bus.fetch(STATUS, timeout=ANSWER), self._bus.fetch(EVENTS, timeout=ANSWER)
-        if not status or not events:
-            return []
-        return [*status, *(event for one in events for event in one.events), *self._bus.fetch(CLOCK, timeout=ANSWER)]
 
     def _catch_up(self) -> None:
         for topic in KEPT:
@@ -92,3 +87,11 @@ class Follower:
         if STATUS in self._topics:
             told = self._bus.fetch(STATUS, timeout=ANSWER)
             self.errands.take(told)  # whose world this is
+
+
+def asked(bus: Bus) -> list[Message]:
+    """Ask the world for all that the end of an order can be seen from; return nothing if it does not answer all."""
+    status, events = bus.fetch(STATUS, timeout=ANSWER), bus.fetch(EVENTS, timeout=ANSWER)
+    if not status or not events:
+        return []
+    return [*status, *(event for one in events for event in one.events), *bus.fetch(CLOCK, timeout=ANSWER)]

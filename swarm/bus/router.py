@@ -8,6 +8,7 @@ import zenoh
 from swarm.bus import settings
 from swarm.bus.connecting import plain
 from swarm.errors import ConfigError
+from swarm.heartbeat import Heartbeat
 from swarm.stopping import told_to_stop
 
 LOOK: Final = 0.5  # s between two looks whether to stop: a signal that one of Zenoh's threads gets wakes no wait
@@ -16,10 +17,11 @@ LOOK: Final = 0.5  # s between two looks whether to stop: a signal that one of Z
 def serve(endpoint: settings.Endpoint) -> int:
     """Run the router until this process is told to stop."""
     with told_to_stop() as stop:
+        heart = Heartbeat()
 
         def wait() -> None:
             while not stop.wait(LOOK):
-                pass
+                heart.beat()
 
         run(endpoint, wait)
     return 0

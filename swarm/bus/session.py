@@ -22,6 +22,7 @@ from swarm.bus.losses import Gaps, Ledger, Numbers
 from swarm.bus.mailbox import Mailbox
 from swarm.bus.opening import ID, Item, browses, lost_before, opened, presence, sampled
 from swarm.errors import ConfigError, PeerError
+from swarm.heartbeat import Heartbeat
 from swarm.messages import REPLIES, Accepted, Message, Topic
 from swarm.messages.topic import below
 
@@ -50,6 +51,7 @@ class Bus:
         self._watching = False  # who is present
         self._ledger = Ledger(log)
         self._numbers = Numbers()
+        self._heart = Heartbeat()
         self.overflowed = 0  # arrivals dropped because the inbox was full
 
     def __enter__(self) -> "Bus":
@@ -264,6 +266,7 @@ class Bus:
         once a second, and skipped. A gap in the numbers of a sender's messages is counted in ``lost``, and logged so.
         """
         deadline = None if timeout is None else monotonic() + timeout
+        self._heart.beat()
         while True:
             if not self._taken:
                 self._take(deadline)

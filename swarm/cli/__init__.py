@@ -28,8 +28,9 @@ def _run(arguments: Sequence[str] | None) -> int:
     from swarm import installed
     from swarm.errors import SwarmError
 
+    words = sys.argv[1:] if arguments is None else arguments
     try:
-        installed.check()
+        installed.check(installed.ROBOT if list(words[:1]) == ["robot"] else installed.LIBRARIES)
     except SwarmError as fault:
         print(f"swarm: {fault}", file=sys.stderr)
         return 2
@@ -37,7 +38,7 @@ def _run(arguments: Sequence[str] | None) -> int:
     from swarm.process_name import name_process
 
     try:
-        options = read(sys.argv[1:] if arguments is None else arguments)
+        options = read(words)
         robot = options.id if options.called == "robot" else None  # others have an --id that names an order
         name_process(robot or options.called)
         return int(options.command(options))

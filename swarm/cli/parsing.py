@@ -134,7 +134,7 @@ def seconds(text: str) -> float:
     Raises:
         ConfigError: the text is no number from 0.1 to 1e6.
     """
-    return _within(0.1, 1e6, text, "--seconds: expected 0.1 to 1e6 s")
+    return within(0.1, 1e6, text, "--seconds: expected 0.1 to 1e6 s")
 
 
 def secure(parser: Parser) -> None:
@@ -162,10 +162,15 @@ def pace(text: str) -> Pace:
     """
     if text in PACES:
         return PACES[text]
-    return _within(0.001, 1000.0, text, "--pace: expected realtime, max or a factor from 0.001 to 1000")
+    return within(0.001, 1000.0, text, "--pace: expected realtime, max or a factor from 0.001 to 1000")
 
 
-def _within(low: float, high: float, text: str, expected: str) -> float:
+def within(low: float, high: float, text: str, expected: str) -> float:
+    """Read a number from ``low`` to ``high``.
+
+    Raises:
+        ConfigError: the text is none; it says what was ``expected``, and what came.
+    """
     try:
         number = float(text)
     except ValueError:

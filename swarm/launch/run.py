@@ -12,7 +12,7 @@ from typing import IO, Any, Final, cast
 
 from rich.console import Console
 
-from dashboard.mode import BOX, answers, box_address, choose, has_screen, page_address, resolved
+from dashboard.mode import BOX, TOKEN, answers, box_address, choose, has_screen, page_address, resolved
 from dashboard.terminal import FOLLOWED, Terminal, tell
 from swarm.bus import Bus, Endpoint, Request
 from swarm.errors import ConfigError, SwarmError
@@ -32,7 +32,6 @@ from swarm.secure import names as members
 from swarm.stopping import told_to_stop
 from world.views.report_file import write
 
-TOKEN: Final = 18  # bytes of chance in the token of a box
 ANSWERS: Final = 2.0  # s in which a world that lives tells its clock
 
 

@@ -9,7 +9,6 @@ from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
 
 from swarm.errors import ConfigError
 from swarm.maps.files import read_file
@@ -103,6 +102,8 @@ def _png(content: bytes, where: str) -> Pixels:
     check_size(rows, columns, where)
     if content[25] == 3 and b"PLTE" not in content:
         raise ConfigError(f"{where}: expected a PNG with its palette, got none; export it again")
+    from PIL import Image  # a robot, which gets its map from the world, does without
+
     try:
         with Image.open(BytesIO(content), formats=["PNG"]) as image:
             image.verify()  # checksums and the end of the file: pillow's load() checks neither

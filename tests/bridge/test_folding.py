@@ -65,3 +65,16 @@ def test_the_run_is_over_when_its_clock_says_so_and_not_when_that_of_an_older_on
     assert not fold.over
     fold.take(clock(run=2, phase=Phase.OVER))
     assert fold.over
+
+
+def test_another_world_may_begin_with_a_lower_run_or_go_on_with_the_same() -> None:
+    fold = folded(clock(run=5), FLOOR, truth(40, run=5))
+    fold.void()
+    assert fold.run == 5, "whoever asks meanwhile gets that of now"
+    fold.take(clock(run=5))
+    assert (fold.run, fold.time) == (5, clock().time)
+    fold.take(sense(40, run=4))
+    assert fold.run == 5, "an older run is void again"
+    fold.void()
+    fold.take(clock(run=0))
+    assert fold.run == 0

@@ -10,7 +10,7 @@ import pytest
 from msgspec import structs
 
 from swarm.bus import Endpoint
-from swarm.bus.stranger import Stranger
+from swarm.bus.foreign import Stranger
 from swarm.cli import main
 from swarm.launch.running import named
 from swarm.messages import CLOCK, MAP, STATE, Map, Phase

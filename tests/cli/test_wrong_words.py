@@ -43,6 +43,8 @@ SAID: Final = {  # command: the sentence, without "swarm: "
     "bridge ros2 --clock sun":            "bridge ros2: argument --clock: invalid choice: 'sun' (choose from 'run', 'wall'); see swarm bridge ros2 --help",
     "bridge ros2 --secure keys":          "--secure: expected --ros ENDPOINT too, got none: the router of a fleet with keys serves no others; name the router of ROS",
     "bridge ros2 --scan /scan":           "--scan: expected --body ROBOT too, got none; name the robot of the fleet",
+    "bridge ros2 --body r2 --final-turn": "--final-turn: expected it without --body, which shows no robots; give it to the other bridge",
+    "bridge foxglove --clock sun":        "bridge foxglove: argument --clock: invalid choice: 'sun' (choose from 'run', 'wall'); see swarm bridge foxglove --help",
     "bridge ros2 --square":               "--square: expected --body ROBOT too, got none; name the robot of the fleet",
     "bridge ros2 --body r2 --dialect ros2dds": "--dialect ros2dds: expected rmw_zenoh with --body; the other one is not tried",
     "bridge ros2 --body r2 --odom none":  "--odom none: expected --pose T too, got none: one of them tells where the robot is",

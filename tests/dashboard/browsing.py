@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 from shutil import which
+from time import monotonic
 from typing import Final
 
 from playwright.sync_api import Browser, Page, Request, sync_playwright
@@ -66,6 +67,12 @@ class Box:
         wide, high = self._size
         scale = min((width - 2 * MARGIN) / wide, (height - 2 * MARGIN) / high)
         return left + width / 2 + (x - wide / 2) * scale, top + height / 2 - (y - high / 2) * scale
+
+    def await_other_colour(self, x: float, y: float, colour: list[int]) -> None:
+        """Wait until a point [m] of the floor has another colour: the page is drawn anew after what it is told."""
+        deadline = monotonic() + PATIENCE / 1000
+        while self.colour(x, y) == colour:
+            assert monotonic() < deadline, f"({x:g}, {y:g}) keeps its colour"
 
     def use(self, tool: str) -> None:
         """Choose a tool."""

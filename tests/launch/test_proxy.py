@@ -136,7 +136,6 @@ def test_a_delay_is_read_in_milliseconds(text: str) -> None:
     assert Delay.parse(text) == READ[text]
 
 
-@pytest.mark.costs("the first `swarm run` after a change of the code compiles its kernels")
 @pytest.mark.parametrize("text", ["", "x", "-1", "30,40", "30,x", "1,2,3", "nan", "inf", "10001", "30,-1"])
 def test_another_delay_is_a_sentence(text: str, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(ConfigError, match="--delay: expected MS or MS,JITTER"):

@@ -28,6 +28,7 @@ HARSH = plan_of(
 FAULTS = [{"robot": "r1", "kind": "suspended", "tick": 10, "ticks": 40}]
 
 
+@pytest.mark.costs("a plan in one process and over processes, and its tape again")
 @pytest.mark.processes
 def test_a_plan_with_edits_movers_noise_and_loss_is_the_same_run_over_processes(tmp_runtime: Path) -> None:
     result = perform_both(Job("test", 1, HARSH), lambda: False)

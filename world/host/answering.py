@@ -7,7 +7,7 @@ from msgspec.structs import replace
 
 from swarm.bus import Bus, Request
 from swarm.errors import PeerError, SwarmError
-from swarm.fingerprint import fingerprint
+from swarm.fingerprint import OF_ROBOTS, fingerprint
 from swarm.messages import (
     RADIO,
     Accepted,
@@ -178,7 +178,7 @@ def _join(join: Join, run: Run, bus: Bus) -> Welcome:
     """Assign a robot process its place in the fleet."""
     name = run.membership.place(join.robot, join.session, run.awake.now(), join.sender)
     if join.world != run.world.identity:
-        ours = join.code == fingerprint()
+        ours = join.code == fingerprint(libraries=OF_ROBOTS)
         run.tape.joined(run.world.number(name), ours=ours)
         if run.tape.on and not ours:  # a replay cannot compute what it says
             bus.listen(RADIO, quiet=True, robot=name)

@@ -20,7 +20,7 @@ from world.host.last_messages import SILENT, Asked
 from world.host.requests import ANSWERED, Requests, waits_in_tick
 from world.host.run import Run
 from world.host.taping import foreign, keep, take
-from world.saving.snapshot_file import make_room
+from world.saving.snapshot_file import make_room, remove
 from world.views.report_file import write
 
 LOOK: Final = 0.25  # s between two checks whether we are told to stop
@@ -47,6 +47,7 @@ def run(
     first_run: int = 0,
     given_up: Path | None = None,
     tape: Path | None = None,
+    hand_over: bool = False,
 ) -> int:
     """Run the world of a fleet until its run is over; return the exit status, 0 if it has passed, else 1.
 
@@ -54,7 +55,8 @@ def run(
     was saved from goes on. The bodies of the robots ``outside`` are reported by other processes. ``first_run`` is the
     number of the first run: above those of a world before in the same fleet, or listeners would take it for older. The
     file ``given_up`` will have the names of robots that nobody starts again. The tape of the run is appended to the
-    file ``tape``.
+    file ``tape``. With ``hand_over``, a world that is told to stop leaves the run to the next one, which begins with
+    the snapshot; the status is 0. The snapshot of a run that has passed is removed then.
 
     Raises:
         ConfigError: there is no router, the fleet has a world, the starts have no room for so many robots, the snapshot
@@ -67,8 +69,11 @@ def run(
         host = Host(bus, run, log, endpoint.identity)
         with check_alone(bus, fleet, log) as silent:
             host.open(silent)
-        host.serve(stop)
+        host.serve(stop, hand_over=hand_over)
         run.tape.close()
+        if run.phase is not Phase.OVER:
+            log(f"the run is left at {run.world.time:.2f} s, in {snapshot}; the same command goes on with it")
+            return 0
         summary = run.report()
         if report_to is not None:
             try:
@@ -78,6 +83,8 @@ def run(
                     raise
                 make_room(snapshot)  # the disk may be full
                 write(summary, report_to)
+        if summary["passed"] and hand_over and snapshot is not None:
+            remove(snapshot)  # there is nothing to go on with
         return 0 if summary["passed"] else 1
 
 
@@ -115,8 +122,8 @@ class Host:
         bus.watch_presence()
         bus.announce("world", "world")
 
-    def serve(self, stop: Flag) -> None:
-        """Serve until the run is over or this process is told to stop."""
+    def serve(self, stop: Flag, *, hand_over: bool = False) -> None:
+        """Serve until the run is over, or until told to stop: that ends the run, or it is left to the next world."""
         run = self._run
         run.tell_clock()
         while run.phase is not Phase.OVER:
@@ -125,6 +132,8 @@ class Host:
             if stands:
                 self._requests.idle()
             self._serve_requests()
+            if stop.is_set() and hand_over:
+                break
             if stop.is_set():
                 run.end("interrupted")
             elif stands:
@@ -138,6 +147,7 @@ class Host:
                 self._tick(stop)
             if run.publisher.clock_is_due:
                 run.tell_clock()
+        run.save_soon()
         run.stopwatch.halt()
         run.tell_clock()
 

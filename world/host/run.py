@@ -80,7 +80,8 @@ class Run:
         if snapshot is not None and (found := newest(snapshot, self.scenario, robots, seed, log)) is not None:
             self._resume(found)
             self.tape.go_on(found.host.tape, self.world.identity)
-            log(f"the run goes on at {self.world.time:.2f} s, {self.phase.value}")
+            over = f"; remove {snapshot} to begin a new run" if self.phase is Phase.OVER else ""
+            log(f"the run goes on at {self.world.time:.2f} s, {self.phase.value}{over}")
         else:
             self.tape.begin(
                 seed=seed, pace=str(pace), limit=limit, identity=self.world.identity, run=first_run,

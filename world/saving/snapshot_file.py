@@ -131,6 +131,12 @@ def earlier(path: Path) -> Path:
     return path.with_name(f".{path.name}.earlier")
 
 
+def remove(path: Path) -> None:
+    """Remove a snapshot and what is kept beside it."""
+    path.unlink(missing_ok=True)
+    make_room(path)
+
+
 def make_room(path: Path) -> None:
     """Remove what is kept beside a snapshot."""
     for file in (earlier(path), _beside(path)):

@@ -89,8 +89,10 @@ class Localiser:
             return ""
         then = min(self._heard, key=lambda heard: abs(heard.odometry.stamp - found.stamp)).odometry
         later = found.stamp - then.stamp
+        if abs(later) > AHEAD:  # no stamp, that of another clock, or kept for who comes late: it counts for now
+            then, later = self._heard[-1].odometry, 0.0
         before = self.pose(now)
-        at_that_time = integrate(then.pose, then.twist, later) if abs(later) < AHEAD else then.pose
+        at_that_time = integrate(then.pose, then.twist, later)
         self._correction = corrected(found.pose, at_that_time)
         self.lost, self.alone = "", 0.0
         after = self.pose(now)

@@ -84,7 +84,7 @@ class Stand:
             self._log("the run is over")
 
     def _beat(self, body: Body, now: float) -> None:
-        """Tell the robot how to drive, and people why it does not."""
+        """Send the robot its twist, and log why it stands."""
         twist, said = body.beat(now)
         self._robot.drive(twist)
         for line in said:
@@ -115,9 +115,9 @@ class Stand:
                 case Arrival(message=Sense() as sense):
                     body.take_sense(sense, monotonic())
                 case Arrival(message=Command() as command):
-                    self._check_run(command.run)
-                    commanded |= body.take_command(command, monotonic())
-                    self._unreported = True
+                    if self._fits(command.run):
+                        commanded |= body.take_command(command, monotonic())
+                        self._unreported = True
                 case Link(up=False):
                     self._log("the fleet's router is away; waiting for it")
             room -= 1
@@ -143,19 +143,20 @@ class Stand:
             self._due = max(self._due, now - dt) + dt  # one may come a period early, if the one before came late
             self._unreported = False
 
-    def _check_run(self, run: int) -> None:
-        """Check at the beginning of another run that it is of the same scenario.
+    def _fits(self, run: int) -> bool:
+        """Return True if a run is of the same scenario; False: that is not known yet, and the robot stands.
 
         Raises:
             ConfigError: it is not.
         """
-        if run == self._run:
-            return
-        again, self._run = self._run >= 0, run
-        if again:
+        if run != self._run and self._run >= 0:
             self._robot.stand()
             found = self._scenario()
-            if found is not None and found != self._settings:
+            if found is None:
+                return False
+            if found != self._settings:
                 raise ConfigError(
                     "the fleet has another scenario now: expected that of the beginning; start this program again"
                 )
+        self._run = run
+        return True

@@ -1,6 +1,6 @@
 """A scan of ROS as the rays of the contract: from the robot's edge, in the directions of its sectors. Pure."""
 
-from math import inf, pi
+from math import hypot, inf, pi
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -27,9 +27,12 @@ def rays(scan: Beams, mounted: Pose, settings: Settings, *, zero_is_far: bool = 
     A ray has the distance of the beam whose end is nearest to its direction, seen from the robot's centre, and at most
     ``NEAR`` from it. By REP-117 infinity means that nothing is in reach, and minus infinity that something is nearer
     than the scanner can measure; NaN and what is outside the scanner's limits are no measurements. With ``zero_is_far``
-    0 means that nothing is in reach. Rays without a measurement cannot be told by the contract, so none is.
+    0 means that nothing is in reach. A scanner that does not reach as far as rays do would tell its own end for an
+    obstacle, so it tells nothing. Rays without a measurement cannot be told by the contract, so none is.
     """
     radius, reach = settings.robot.radius, settings.sensors.range
+    if scan.farthest < (need := radius + reach + hypot(mounted.x, mounted.y)):
+        return Rays([], f"reaches {scan.farthest:g} m, and sensors.range of the scenario wants {need:g} m")
     bearings, distances, measured = seen(scan, mounted, zero_is_far=zero_is_far)
     free = []
     for number, angle in enumerate(angle for sector in sectors(settings.sensors) for angle in sector):

@@ -51,7 +51,7 @@ class RosRobot:
                 self._ledger.refuse(topic.name, PeerError(f"/{topic.name}: {fault}"))
 
     def drive(self, twist: Twist) -> None:
-        """Tell the robot a twist."""
+        """Publish a twist for the robot."""
         ros = self._ros
         linear = ros.make(VECTOR, x=twist.linear, y=0.0, z=0.0)
         told = ros.make(TWIST, linear=linear, angular=ros.make(VECTOR, x=0.0, y=0.0, z=twist.angular))
@@ -60,6 +60,6 @@ class RosRobot:
         self._node.send(self._command, told)
 
     def stand(self) -> None:
-        """Tell the robot to stand, as the last thing."""
+        """Publish the last twists: the robot stands."""
         for _ in range(FAREWELLS):
             self.drive(STANDS)

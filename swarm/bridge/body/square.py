@@ -10,6 +10,7 @@ from math import pi
 from statistics import fmean, median, pstdev
 from typing import Final, NamedTuple
 
+from swarm.bridge.body.body import STANDS
 from swarm.bridge.body.readings import Odometry
 from swarm.errors import PeerError
 from swarm.geometry import Pose, Twist, distance, wrap
@@ -20,7 +21,6 @@ STILL: Final = 0.01  # m/s and rad/s; slower is standing
 MOVES: Final = 8
 BEGUN, DONE = 0.1, 0.9  # shares of the commanded speed between which acceleration is measured
 PATIENCE: Final = 3.0  # times as long as a move should take, after which it is given up
-STANDS: Final = Twist(0.0, 0.0)
 
 
 class Sample(NamedTuple):

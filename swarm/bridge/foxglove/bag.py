@@ -32,7 +32,7 @@ END: Final = struct.pack("<BQI", 0x0F, 4, 0) + FOOT
 PROFILE: Final = "ros2"
 
 
-class Waiting:
+class Unwritten:
     """What the SDK has written and the disk has not; it stands in for a file."""
 
     def __init__(self) -> None:
@@ -91,7 +91,7 @@ class Bag:
             raise self._fault(fault) from None
         context = foxglove.Context()
         self._channels = Channels(self._ros, context)
-        self._waiting = Waiting()
+        self._waiting = Unwritten()
         self._writer: Any = foxglove.open_mcap(
             self._waiting,  # type: ignore[arg-type]  # the SDK asks for no more of a file than it has
             context=context,

@@ -101,7 +101,8 @@ class Live:
         return f"ws://{self._endpoint.host}:{self._server.port}"
 
     def begin(self) -> None:
-        """Tell viewers that another run begins: they forget what they have drawn."""
+        """Announce another run: viewers clear what they have drawn, and nothing is kept of the run before."""
+        self._latched = dict.fromkeys(self._latched)
         self._channels.begin()
         self._server.clear_session()
 
@@ -128,7 +129,7 @@ class Live:
             self._channels.log(name, payload, at)
 
     def tell_time(self, at: int) -> None:
-        """Tell viewers the time [ns]."""
+        """Send viewers the time [ns]."""
         self._server.broadcast_time(at)
 
     def tell(self, text: str, *, trouble: bool) -> None:
@@ -136,15 +137,18 @@ class Live:
         self._server.publish_status(text, StatusLevel.Warning if trouble else StatusLevel.Info)
 
     def heard(self) -> Iterator[Published]:
-        """Yield what viewers have published since the last call. Who has subscribed since then gets what is kept."""
+        """Yield what viewers have published last on each topic since the last call.
+
+        Who has subscribed since then gets what is kept.
+        """
         again = set()
         while self._listener.subscribed:
             again.add(self._listener.subscribed.popleft())
         for name in again & self._latched.keys():
             if (kept := self._latched[name]) is not None:
                 self._channels.log(name, *kept)
-        while self._listener.published:
-            yield self._listener.published.popleft()
+        waiting = [self._listener.published.popleft() for _ in range(len(self._listener.published))]
+        yield from {one.topic: one for one in waiting}.values()
 
     def dropped(self) -> int:
         """Return how many messages of viewers were dropped since the last call."""

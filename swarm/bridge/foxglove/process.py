@@ -9,10 +9,10 @@ from uuid import uuid4
 
 from swarm.bridge.cdr.layouts import SECOND
 from swarm.bridge.folding import FLEET
-from swarm.bridge.following import Follower
+from swarm.bridge.following import REPLY, Follower
 from swarm.bridge.foxglove.bag import Bag
 from swarm.bridge.foxglove.clicks import clicked
-from swarm.bridge.foxglove.live import Live, Published
+from swarm.bridge.foxglove.live import WAITING, Live, Published
 from swarm.bridge.names import namespaces
 from swarm.bridge.ros2.convert import Converter, Said
 from swarm.bridge.ros2.goals import GOAL_LIMIT
@@ -24,7 +24,6 @@ from swarm.errors import PeerError
 from swarm.messages import ORDER, Truth
 from swarm.stopping import told_to_stop
 
-ANSWER: Final = 2.0  # s to wait for the world's answer to an order; meanwhile nothing goes out
 DISTRO: Final = "jazzy"  # whose types are said: Kilted's are the same
 SHOWN: Final = tuple(topic for topic in OF_ROBOT if topic not in {TF, TF_STATIC})  # all robots are in the fleet's tree
 
@@ -61,7 +60,7 @@ def run(
             log(f"fleet {fleet} is at {live.url} for Foxglove")
         if record is not None:
             log(f"fleet {fleet} is recorded in {record}")
-        bridge = Bridge(bus, live, bag, ros, wall_time=wall_time, log=log)
+        bridge = FoxgloveBridge(bus, live, bag, ros, wall_time=wall_time, log=log)
         bridge.follow(stop.is_set, lambda: bus.announce("dashboard", "recorder") if announced else None)
     return 0
 
@@ -75,7 +74,7 @@ def record(endpoint: Endpoint, fleet: str, record: Path) -> int:
     return run(endpoint, fleet, serve=None, record=record, announced=True)
 
 
-class Bridge:
+class FoxgloveBridge:
     """A fleet in viewers and in a bag: topics have the names that ROS has for them."""
 
     def __init__(
@@ -182,9 +181,12 @@ class Bridge:
         for published in self._live.heard():
             self._order(self._live, published)
         if dropped := self._live.dropped():
-            self._ledger.refuse("published", PeerError(
-                f"{dropped} messages of viewers: expected at most {GOAL_LIMIT} bytes, on a channel that is announced"
-            ))  # fmt: skip
+            fault = PeerError(
+                f"{dropped} messages of viewers: expected at most {GOAL_LIMIT} bytes, on a channel that is announced, "
+                f"and at most {WAITING} that wait"
+            )
+            self._ledger.refuse("published", fault)
+            self._live.tell(str(fault), trouble=True)
 
     def _order(self, live: Live, published: Published) -> None:
         try:
@@ -197,7 +199,7 @@ class Bridge:
             live.tell(str(said), trouble=True)
             return
         try:
-            text, trouble = self._bus.ask(ORDER, order, timeout=ANSWER, robot=robot).text, False
+            text, trouble = self._bus.ask(ORDER, order, timeout=REPLY, robot=robot).text, False
         except PeerError as fault:
             text, trouble = str(fault), True
         self._log(text)

@@ -130,7 +130,7 @@ class Goals:
 
     def add(self, goal: Goal, now: float) -> None:
         """Take in a goal at a time [s]; forget those that ended long before it, or are too many."""
-        ended = [one for one in self._known.values() if not one.is_open]
+        ended = sorted((one for one in self._known.values() if not one.is_open), key=lambda one: one.ended)
         late = [one for one in ended if now - one.ended > KEPT] or ended[: max(0, len(self._known) + 1 - MOST)]
         for one in late:
             del self._known[one.id]

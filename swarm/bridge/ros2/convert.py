@@ -54,6 +54,7 @@ class Converter:
     ) -> None:
         self._joined, self._wants = joined, wants
         self._cells: markers.Lattice | None = None
+        self._drawn = -SECOND  # ns, when footprints and names were drawn last
         self._scanner: Scanner | None = None
         self._learned: LearnedFloor | None = None  # None: robots are given the floor
         self.show({})
@@ -94,19 +95,19 @@ class Converter:
             case Broadcast() if self._learned is not None:
                 self._learned.hear(message)
             case Truth():
-                yield from self._of_truth(message, at)
+                yield from self._of_truth(message, settings, at)
             case Sense():
                 yield from self._of_sense(message, robot, settings, at)
             case Plan(points=points):
                 yield Said(robot, topics.PLAN, path(points, at))
             case Clock():
-                yield from self._of_clock(message, settings, at)
+                yield from self._of_clock(message, at)
             case State() if self._wants("", topics.DIAGNOSTICS):
                 yield Said("", topics.DIAGNOSTICS, health.diagnostics(at, [health.of_state(message)]))
             case Event() if self._wants("", topics.DIAGNOSTICS):
                 yield Said("", topics.DIAGNOSTICS, health.diagnostics(at, [health.of_event(message)]))
 
-    def _of_truth(self, truth: Truth, at: int) -> Iterator[Said]:
+    def _of_truth(self, truth: Truth, settings: Settings, at: int) -> Iterator[Said]:
         if self._learned is not None:
             self._learned.see(truth)
         bodies = [body for body in truth.bodies if body.robot in self.names]
@@ -120,6 +121,10 @@ class Converter:
         if self._cells is not None and self._wants("", topics.MARKERS):
             numbers = {body.robot: number for number, body in enumerate(truth.bodies)}
             drawn = [markers.held(IN_MAP, bodies, numbers, self._cells), markers.joint(IN_MAP, bodies)]
+            if abs(at - self._drawn) >= SECOND:  # of the run: viewers measure by its clock how long a marker lasts
+                self._drawn = at
+                frames = {robot: self._joint(robot, BASE) for robot in poses}
+                drawn += markers.bodies_of(frames, numbers, settings.robot.radius)
             yield Said("", topics.MARKERS, markers.marker_array(at, drawn))
         for robot, pose in poses.items():
             yield Said(robot, topics.POSE, layouts.pose_with_covariance(at, IN_MAP, pose))
@@ -137,7 +142,7 @@ class Converter:
                 self._scanner = Scanner(settings)
             yield Said(robot, topics.SCAN, self._scanner.scan(at, own + LASER, sense.rays))
 
-    def _of_clock(self, clock: Clock, settings: Settings, at: int) -> Iterator[Said]:
+    def _of_clock(self, clock: Clock, at: int) -> Iterator[Said]:
         if self._learned is not None and (learned := self._learned.news()) is not None:
             values: NDArray[np.int8] = np.full(learned.rows * learned.columns, OCCUPANCY[UNKNOWN], np.int8)
             values[learned.cells] = OCCUPANCY[WALL]
@@ -145,11 +150,6 @@ class Converter:
             yield Said("", topics.MAP, grid(self._learned.origin, learned.resolution, shape, values, at))
         if self._wants("", topics.DIAGNOSTICS):
             yield Said("", topics.DIAGNOSTICS, health.diagnostics(at, health.of_clock(clock, self.names)))
-        if self._wants("", topics.MARKERS):
-            numbers = {robot: number for number, robot in enumerate(clock.robots) if robot in self.names}
-            frames = {robot: self._joint(robot, BASE) for robot in numbers}
-            drawn = markers.bodies_of(frames, numbers, settings.robot.radius)
-            yield Said("", topics.MARKERS, markers.marker_array(at, drawn))
         for robot in self.names:
             if self._wants(robot, topics.BATTERY):
                 frame = self._joint(robot, LINK) if self._joined else LINK

@@ -8,13 +8,13 @@ from uuid import uuid4
 
 from swarm.bridge.cdr.layouts import SECOND
 from swarm.bridge.folding import FLEET
-from swarm.bridge.following import LISTEN, ORDERED, Follower
+from swarm.bridge.following import LISTEN, ORDERED, REPLY, Follower
 from swarm.bridge.names import namespaces
-from swarm.bridge.ros2 import navigator
+from swarm.bridge.ros2 import action_servers
+from swarm.bridge.ros2.action_servers import ActionServers
 from swarm.bridge.ros2.convert import Converter, Said
 from swarm.bridge.ros2.goals import ordered
 from swarm.bridge.ros2.graph import LiveNode
-from swarm.bridge.ros2.navigator import ANSWER, Navigator
 from swarm.bridge.ros2.node_services import WITH_STATE, answer, services
 from swarm.bridge.ros2.topics import CLOCK, GOAL, HEARD, INITIAL_POSE, OF_FLEET, OF_ROBOT, RosService, RosTopic
 from swarm.bridge.ros2.types import Types
@@ -51,7 +51,7 @@ def run(
     """
     router = endpoint if router is None else router
     with told_to_stop() as stop, Bus(endpoint, fleet, log) as bus, Foreign(router, bus.wake) as session:
-        bridge = Bridge(
+        bridge = RosBridge(
             bus,
             session,
             Types(distro),
@@ -68,7 +68,7 @@ def run(
     return 0
 
 
-class Bridge:
+class RosBridge:
     """A fleet in the graph of ROS: a node for the fleet, and one for each robot."""
 
     def __init__(
@@ -98,14 +98,14 @@ class Bridge:
         offered = tuple(topic for topic in OF_FLEET if topic is not CLOCK or not wall_time)
         self._attended: dict[str, dict[str, LiveNode]] = {}  # by robot and name: what tools ask of nodes
         self._nodes: dict[str, LiveNode] = {FLEET: self._main_node(FLEET, "/", offers=offered)}
-        self._navigators: dict[str, Navigator] = {}  # by robot
+        self._servers: dict[str, ActionServers] = {}  # by robot
 
     def follow(self, stopped: Callable[[], bool]) -> None:
         """Hand on all that comes, in both directions, until the run is over."""
         while not stopped() and not self._fold.over:
             for errand, end in self._fleet.take_in():
-                if errand.robot in self._navigators:
-                    self._navigators[errand.robot].end(errand, end)
+                if errand.robot in self._servers:
+                    self._servers[errand.robot].end(errand, end)
             self._show_robots()
             self._speak()
             if self._session.news():
@@ -113,7 +113,7 @@ class Bridge:
                 self._attend()
             self._tell()
             self._ledger.flush()
-        for one in self._navigators.values():
+        for one in self._servers.values():
             one.abort("the run is over" if self._fold.over else "the bridge ends")
         if self._fold.over:
             self._log("the run is over")
@@ -127,19 +127,19 @@ class Bridge:
         for robot in refused.keys() - self._refused.keys():
             self._log(f"{robot} is not in ROS: its name there would be that of {refused[robot]}; rename one of them")
         for robot in self._spaces.keys() - spaces.keys():
-            self._navigators.pop(robot).abort("the run has that robot no more")
+            self._servers.pop(robot).abort("the run has that robot no more")
             del self._nodes[robot]
             for node in self._attended.pop(robot).values():
                 node.close()
         for robot, space in spaces.items():
             if robot not in self._spaces:
                 node = self._main_node(
-                    robot, space, offers=(*OF_ROBOT, *navigator.OFFERED), hears=HEARD, serves=navigator.SERVED
+                    robot, space, offers=(*OF_ROBOT, *action_servers.OFFERED), hears=HEARD, serves=action_servers.SERVED
                 )
                 self._nodes[robot] = node
                 for name in WITH_STATE:
                     self._attended[robot][name] = self._node(space, name, serves=services(name))
-                self._navigators[robot] = Navigator(
+                self._servers[robot] = ActionServers(
                     robot, node, self._ros, self._bus, self._fleet.errands, self._log, turns=self._turns
                 )  # fmt: skip
         self._spaces, self._refused = spaces, refused
@@ -170,14 +170,14 @@ class Bridge:
 
     def _heed(self) -> None:
         """Take what ROS asks of the robots."""
-        for robot, one in self._navigators.items():
+        for robot, one in self._servers.items():
             self._heed_topics(robot)
             one.heed(self._fold.run, self._at(self._fold.time))
 
     def _tell(self) -> None:
-        """Tell how far robots are with what ROS has asked of them."""
+        """Publish feedback of the goals under way."""
         if (settings := self._fold.settings) is not None:
-            for robot, one in self._navigators.items():
+            for robot, one in self._servers.items():
                 if robot in self._poses:
                     one.tell(self._poses[robot], settings.robot.top_speed, self._at(self._fold.time))
 
@@ -194,9 +194,12 @@ class Bridge:
             node.refuse(GOAL, fault)
             return
         try:
-            self._log(self._bus.ask(ORDER, order, timeout=ANSWER, robot=robot).text)
+            reply = self._bus.ask(ORDER, order, timeout=REPLY, robot=robot)
         except PeerError as fault:
             self._log(str(fault))
+            return
+        self._servers[robot].newest = reply.number
+        self._log(reply.text)
 
     def _attend(self) -> None:
         """Answer what tools ask of nodes."""

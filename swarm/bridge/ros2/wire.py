@@ -78,7 +78,8 @@ class RosEndpoint:
     @property
     def gid(self) -> bytes:
         """Its global id: XXH3-128 of the token's key, the low half first, each half little-endian."""
-        return gid_of(self.token or self.key)
+        assert self.token is not None, "the other dialect attaches nothing"
+        return gid_of(self.token)
 
     def attached(self, number: int, sent: int) -> bytes | None:
         """Return what is attached to a message of it: see ``attachment``; None: nothing."""

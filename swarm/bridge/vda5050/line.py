@@ -8,7 +8,7 @@ import ssl
 from collections.abc import Callable, Iterable
 from contextlib import suppress
 from pathlib import Path
-from queue import Empty, Full, Queue
+from queue import Empty, SimpleQueue
 from time import monotonic
 from typing import Any, Final, NamedTuple
 
@@ -21,7 +21,7 @@ KEEP_ALIVE: Final = 15  # s, as section 6.2 of VDA 5050 recommends
 PATIENCE: Final = 5.0  # s, for a connection
 FAREWELL: Final = 2.0  # s, for the last words of all
 AGAIN: Final = (1, 8)  # s, between two tries to connect, at first and at most
-MOST: Final = 2000  # messages that wait in the inbox; more are dropped and counted
+MOST: Final = 2000  # items that wait in the inbox; then messages are dropped and counted
 
 
 class Up(NamedTuple):
@@ -63,15 +63,15 @@ class Inbox:
     """What has happened on all connections, in order."""
 
     def __init__(self) -> None:
-        self._queue: Queue[Up | Down | Heard] = Queue(MOST)
+        self._queue: SimpleQueue[Up | Down | Heard] = SimpleQueue()
         self._overflowed = 0
 
     def put(self, item: Up | Down | Heard) -> None:
-        """Add an item; drop and count it if there is no room. Any thread may call it."""
-        try:
-            self._queue.put_nowait(item)
-        except Full:
+        """Add an item; drop and count a message if too many items wait. Any thread may call it."""
+        if isinstance(item, Heard) and self._queue.qsize() >= MOST:
             self._overflowed += 1
+        else:
+            self._queue.put(item)
 
     def take(self) -> list[Up | Down | Heard]:
         """Return what has come since the last call."""
@@ -190,7 +190,7 @@ def check(broker: Broker) -> None:
         ConfigError: there is no broker, it cannot be trusted, or it refuses us.
     """
     client = _client(broker)
-    told: Queue[Any] = Queue()
+    told: SimpleQueue[Any] = SimpleQueue()
     client.on_connect = lambda _, __, ___, code, ____: told.put(code)
     client.on_disconnect = lambda _, __, ___, code, ____: told.put(code)
     expected = f"--broker {broker}: expected a broker of MQTT"

@@ -9,13 +9,13 @@ from uuid import uuid4
 
 from msgspec.structs import replace
 
-from swarm.bridge.following import ORDERED, Follower
+from swarm.bridge.following import ORDERED, REPLY, Follower
 from swarm.bridge.vda5050 import messages as vda
 from swarm.bridge.vda5050.factsheet import factsheet
 from swarm.bridge.vda5050.line import Broker, Down, Heard, Inbox, Line, Up, check, end
 from swarm.bridge.vda5050.vehicle import Ask, Vehicle
 from swarm.bus import Bus, Endpoint
-from swarm.bus.losses import Ledger
+from swarm.bus.losses import Ledger, Tally
 from swarm.errors import PeerError
 from swarm.messages import (
     CLOCK,
@@ -35,7 +35,6 @@ from swarm.messages import (
 )
 from swarm.stopping import told_to_stop
 
-ANSWER: Final = 2.0  # s to wait for the world's answer to a request; meanwhile nothing goes out
 LOOK: Final = 0.2  # s, the shortest time between two states of a vehicle, unless a master has said something
 AT_LEAST: Final = 1.0  # s between two states; the standard asks for 30, but who comes late would wait for so long
 HEARD: Final = ("order", "instantActions", "connection")  # the last one, to see if somebody else has our name
@@ -55,7 +54,7 @@ ONLINE: Final = vda.Connection(connection_state="ONLINE")
 OFFLINE: Final = vda.Connection(connection_state="OFFLINE")
 
 
-class Seat:
+class ConnectedVehicle:
     """A vehicle, its connection, and what it has told last."""
 
     def __init__(self, robot: str, vehicle: Vehicle, names: Names, broker: Broker, inbox: Inbox) -> None:
@@ -122,7 +121,7 @@ def run(
     with told_to_stop() as stop, Bus(endpoint, fleet, log) as bus:
         check(broker)
         log(f"fleet {fleet} is on broker {broker} as {names.interface}/{vda.MAJOR}/{names.manufacturer}/...")
-        bridge = Bridge(bus, broker, names, shown_every, log)
+        bridge = VehicleBridge(bus, broker, names, shown_every, log)
         try:
             bridge.follow(stop.is_set)
         finally:
@@ -130,7 +129,7 @@ def run(
     return 0
 
 
-class Bridge:
+class VehicleBridge:
     """A fleet on a broker."""
 
     def __init__(
@@ -138,10 +137,12 @@ class Bridge:
     ) -> None:
         self._bus, self._broker, self._names, self._shown_every, self._log = bus, broker, names, shown_every, log
         self._ledger = Ledger(log)
+        away = f"no connection to broker {broker}"
+        self._away = Tally(lambda count, last: f"{away}, {count} times; the last: {last}", log)
         self._fleet = Follower(bus, log, (CLOCK, MAP, TRUTH, STATE, EVENT, *ORDERED))
         self._fold = self._fleet.fold
         self._inbox = Inbox()
-        self._seats: dict[str, Seat] = {}  # by robot
+        self._seats: dict[str, ConnectedVehicle] = {}  # by robot
         self._looked = float("-inf")  # s
 
     def follow(self, stopped: Callable[[], bool]) -> None:
@@ -158,6 +159,7 @@ class Bridge:
             if dropped := self._inbox.dropped():
                 self._ledger.miss("mqtt", "the topics of masters", dropped)
             self._ledger.flush()
+            self._away.flush()
         if self._fold.over:
             self._log("the run is over")
 
@@ -178,7 +180,7 @@ class Bridge:
         for name in self._fold.robots:
             if name not in self._seats:
                 vehicle = Vehicle(name, self._names.map_id, settings)
-                self._seats[name] = Seat(name, vehicle, self._names, self._broker, self._inbox)
+                self._seats[name] = ConnectedVehicle(name, vehicle, self._names, self._broker, self._inbox)
 
     def _take_news(self) -> None:
         for message, robot, _ in self._fold.said():
@@ -213,7 +215,7 @@ class Bridge:
                 self._log(f"{item.name} is on the broker")
             case Down(why=why):
                 seat.up = False
-                self._ledger.refused.add("mqtt", why)
+                self._away.add("mqtt", f"{item.name}: {why}")
             case Heard(topic=topic) if not seat.hears(topic):
                 pass  # some brokers send what nobody has asked for
             case Heard(topic=topic, payload=payload) if topic.endswith("/connection"):
@@ -225,7 +227,7 @@ class Bridge:
             case Heard(topic=topic, payload=payload):
                 self._hear(seat, topic.rsplit("/", 1)[1], payload)
 
-    def _hear(self, seat: Seat, topic: str, payload: bytes) -> None:
+    def _hear(self, seat: ConnectedVehicle, topic: str, payload: bytes) -> None:
         """Take in what a master has said to a vehicle."""
         vehicle = seat.vehicle
         try:
@@ -245,7 +247,7 @@ class Bridge:
         for one in asks:
             self._ask(seat, one)
 
-    def _check_address(self, seat: Seat, message: vda.Header) -> None:
+    def _check_address(self, seat: ConnectedVehicle, message: vda.Header) -> None:
         """Check that a message is for the vehicle on whose topic it has come.
 
         Raises:
@@ -255,12 +257,12 @@ class Bridge:
         if expected != got:
             raise PeerError(f"manufacturer and serialNumber: expected {expected}, as in the topic, got {got}")
 
-    def _ask(self, seat: Seat, ask: Ask) -> None:
+    def _ask(self, seat: ConnectedVehicle, ask: Ask) -> None:
         """Ask the world for what a master wants."""
         topic: Topic[Any] = ORDER if isinstance(ask.request, Order) else ROBOT_ACTION
         answer: Accepted | PeerError
         try:
-            accepted: Accepted = self._bus.ask(topic, ask.request, timeout=ANSWER, robot=seat.robot)
+            accepted: Accepted = self._bus.ask(topic, ask.request, timeout=REPLY, robot=seat.robot)
             answer = accepted
             self._log(accepted.text)
         except PeerError as fault:

@@ -10,6 +10,7 @@ from swarm.bridge.vda5050.actions import OPEN, Actions
 from swarm.bridge.vda5050.orders import NOWHERE, ORDER, VALIDATION, Ahead, Floor, judged, refused
 from swarm.bridge.vda5050.robot import STOPS, Robot
 from swarm.errors import PeerError
+from swarm.geometry import wrap
 from swarm.messages import Accepted, Body, Clock, Event, Order, Phase, RobotAction, RobotDo, State
 from swarm.settings import Settings
 
@@ -127,9 +128,10 @@ class Vehicle:
             return None
         name = f"{UNFIT.sub('_', order.order_id)[:LONGEST]}.{fresh}"
         places = [at for node in verdict.base if (at := node.node_position) is not None]
+        turns = [None if at.theta is None else wrap(at.theta) for at in places]  # in single precision more than pi
         request = Order(
             id=name, update=order.order_update_id, targets=[(at.x, at.y) for at in places],
-            headings=[at.theta for at in places] if any(at.theta is not None for at in places) else [],
+            headings=turns if any(turn is not None for turn in turns) else [],
         )  # fmt: skip
         return Ask(request, order, verdict)
 

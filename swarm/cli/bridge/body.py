@@ -3,10 +3,10 @@
 import argparse
 import re
 from functools import partial
-from math import isfinite, nan
+from math import isfinite
 
 from swarm.cli.finding import place
-from swarm.cli.parsing import DEFAULT_PLACE, Parser, endpoint
+from swarm.cli.parsing import DEFAULT_PLACE, Parser, endpoint, within
 from swarm.errors import ConfigError
 
 TOPICS = ("odom", "pose", "scan", "cmd", "estop")
@@ -25,6 +25,10 @@ def check(options: argparse.Namespace) -> None:
         raise ConfigError(f"{given[0]}: expected --body ROBOT too, got none; name the robot of the fleet")
     if options.body is not None and options.dialect != "rmw_zenoh":
         raise ConfigError(f"--dialect {options.dialect}: expected rmw_zenoh with --body; the other one is not tried")
+    shown = {"--clock wall": options.clock == "wall", "--final-turn": options.final_turn, "--without": options.without}
+    if options.body is not None and any(shown.values()):
+        named = next(name for name, there in shown.items() if there)
+        raise ConfigError(f"{named}: expected it without --body, which shows no robots; give it to the other bridge")
     for name in TOPICS:
         topic = getattr(options, name)
         if topic is not None and (name, topic) != ("odom", "none") and not TOPIC.fullmatch(topic):
@@ -102,10 +106,4 @@ def _mounted(text: str) -> tuple[float, ...]:
 
 
 def _number(name: str, least: float, most: float, text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = nan
-    if not least <= value <= most:
-        raise ConfigError(f"{name}: expected {least:g} to {most:g}, got {text!r}")
-    return value
+    return within(least, most, text, f"{name}: expected {least:g} to {most:g}")

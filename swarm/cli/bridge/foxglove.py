@@ -3,6 +3,7 @@
 import argparse
 from pathlib import Path
 
+from swarm.cli.bridge import clock
 from swarm.cli.finding import of_a_client, place
 from swarm.cli.parsing import Commands, Parser
 from swarm.errors import ConfigError
@@ -28,7 +29,12 @@ def bridge(options: argparse.Namespace) -> int:
         steers = "" if options.read_only else " and can steer it"
         print(f"foxglove: {options.bind} is open: anybody who reaches it sees the fleet{steers}", flush=True)
     return run(
-        router, fleet, serve=serve, record=options.record, read_only=options.read_only, wall_time=options.wall_time
+        router,
+        fleet,
+        serve=serve,
+        record=options.record,
+        read_only=options.read_only,
+        wall_time=options.clock == "wall",
     )
 
 
@@ -42,6 +48,5 @@ def add(commands: "Commands[Parser]") -> None:
     one.add_argument("--bind", default=HOST, metavar="HOST", help=text)
     one.add_argument("--read-only", action="store_true", help="viewers see the fleet, and cannot send robots anywhere")
     one.add_argument("--record", type=Path, metavar="FILE.mcap", help="write a bag of ROS 2, too")
-    text = "stamps are of this machine's clock and not of the run's, and there is no /clock"
-    one.add_argument("--wall-time", action="store_true", help=text)
+    clock.add(one)
     one.set_defaults(command=bridge)

@@ -2,6 +2,7 @@
 
 import argparse
 
+from swarm.cli.bridge import clock
 from swarm.cli.bridge.body import body, check, of_a_body
 from swarm.cli.finding import of_a_client, place
 from swarm.cli.parsing import Commands, Parser, endpoint
@@ -11,7 +12,6 @@ from swarm.secure.names import BRIDGE
 
 DISTROS = ("jazzy", "kilted", "lyrical")
 DIALECTS = ("rmw_zenoh", "ros2dds")
-CLOCKS = ("run", "wall")
 DOMAINS = range(233)  # ROS_DOMAIN_ID of all platforms: 0 to 232
 
 
@@ -62,8 +62,7 @@ def add(commands: "Commands[Parser]") -> None:
         "how ROS travels: as its own middleware does, by default, or as zenoh-bridge-ros2dds, for Open-RMF's free_fleet"
     )
     one.add_argument("--dialect", choices=DIALECTS, default=DIALECTS[0], help=text)
-    text = "whose time stamps have: the run's, by default, which /clock tells; or this machine's, without /clock"
-    one.add_argument("--clock", choices=CLOCKS, default=CLOCKS[0], help=text)
+    clock.add(one)
     text = "a robot turns to the yaw of a goal, within 0.1 rad, before the goal counts; else it stands as it came"
     one.add_argument("--final-turn", action="store_true", help=text)
     of_a_body(one)

@@ -130,6 +130,7 @@ def world(options: argparse.Namespace) -> int:
         snapshot=options.resume or options.snapshot,
         outside=options.body,
         tape=tape,
+        hand_over=(options.resume or options.snapshot) is not None,
     )
 
 
@@ -220,7 +221,7 @@ def add(commands: "Commands[Parser]") -> None:
     one.add_argument("scenario", type=Path)
     _of_a_run(one)
     _of_a_process(one, "USER-SCENARIO")
-    text = "save the run here each second; if the file exists, the run in it goes on"
+    text = "save the run here each second, and when told to stop; if the file exists, the run in it goes on"
     saved = one.add_mutually_exclusive_group()
     saved.add_argument("--snapshot", type=Path, metavar="FILE", help=text)
     saved.add_argument("--resume", type=Path, metavar="FILE", help="go on with the run in this file, and save it there")

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 from swarm.bridge.errand import End, Errand, How
 from swarm.cli.look.silence import STANDS
-from swarm.messages import CLOCK, EVENT, EVENTS, STATE, STATUS, Activity, Liveness, Message
+from swarm.messages import CLOCK, EVENT, STATE, STATUS, Activity, Liveness, Message
 from swarm.robot.host.joining import AWAY
 
 if TYPE_CHECKING:
@@ -49,6 +49,7 @@ def listen(bus: "Bus", robot: str) -> int:
 
 def follow(bus: "Bus", errand: Errand) -> int:
     """Print how far an order is until it has ended, and how; return 0 if it is done, else 1."""
+    from swarm.bridge.following import asked
     from swarm.bus import Arrival, Presence
     from swarm.stopping import told_to_stop
 
@@ -61,12 +62,9 @@ def follow(bus: "Bus", errand: Errand) -> int:
             if now not in {"", written} and (step(errand) != last or monotonic() - told >= LINE_EVERY):
                 last, written, told = step(errand), now, monotonic()
                 print(written, flush=True)
-            if errand.asks:
+            if errand.asks and (answers := asked(bus)):
                 errand.asks = False
-                end = (
-                    _first(errand, [*bus.fetch(STATUS), *(e for one in bus.fetch(EVENTS) for e in one.events)])
-                    or errand.past()
-                )
+                end = _first(errand, answers) or errand.past()
                 continue
             match bus.receive(LOOK):
                 case Arrival(message=message):

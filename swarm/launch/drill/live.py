@@ -15,7 +15,7 @@ from typing import Any, Final
 from uuid import uuid4
 
 from swarm.bus import Arrival, Bus, Endpoint
-from swarm.bus.stranger import Stranger
+from swarm.bus.foreign import Stranger
 from swarm.errors import SwarmError
 from swarm.launch.drill.judge import Observed
 from swarm.messages import CLOCK, EVENT, TRUTH, Truth

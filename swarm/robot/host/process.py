@@ -7,7 +7,7 @@ from typing import Final, NamedTuple
 from swarm.awake import Awake
 from swarm.bus import Arrival, Bus, Endpoint, Link, Presence, Request
 from swarm.errors import SwarmError
-from swarm.fingerprint import fingerprint
+from swarm.fingerprint import OF_ROBOTS, fingerprint
 from swarm.fuzzy import Controller
 from swarm.geometry import Pose
 from swarm.messages import (
@@ -212,7 +212,7 @@ class RobotHost:
         bus, known = self._bus, place.name in self._inbox.seats
         asks = Join(
             robot=place.name, session=bus.id, world=self._world if known else None, sender=bus.sender,
-            code=fingerprint(),
+            code=fingerprint(libraries=OF_ROBOTS),
         )  # fmt: skip
         try:
             welcome: Welcome = bus.ask(JOIN, asks, WELCOME, fits=lambda reply: reply.session in self._worlds)

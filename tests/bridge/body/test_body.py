@@ -1,5 +1,6 @@
 """What a body does on each fault: twists, reports and lines, without ROS and without a fleet."""
 
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from math import pi
@@ -133,14 +134,16 @@ def test_on_a_fault_it_stands_and_says_why_once(
     run = run_of().steps(20)
     breaks(run)
     run.steps(within)
-    if "m/s and was told" in why or "told 0.50" in why:
-        assert run.lines[0].split(" does")[0] == f"r2 stands: {why}".split(" does")[0]
-    else:
-        assert run.lines == [f"r2 stands: {why}"]
+    assert [masked(line) for line in run.lines] == [masked(f"r2 stands: {why}")]
     assert run.twists[-1] == STANDS
     last = run.reports[-1]
     assert (last is not None) is reported
     assert last is None or bool(last.rays) is with_rays
+
+
+def masked(text: str) -> str:
+    """Return a sentence without its speeds: how fast wheels were told to be is what the robot's brain says."""
+    return re.sub(r"\d\.\d\d m/s", "V m/s", text)
 
 
 def test_every_fault_of_the_table_has_a_case() -> None:

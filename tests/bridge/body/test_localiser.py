@@ -101,3 +101,14 @@ def test_poses_tell_a_twist_where_there_is_no_odometry(start: Pose, twist: Twist
     assert seen.angular == pytest.approx(twist.angular, abs=1e-6)
     assert seen.linear == pytest.approx(twist.linear, abs=0.1), "the chord of an arc of 0.2 s"
     assert driven(found[:1]) == STANDS
+
+
+def test_a_localisation_of_another_clock_counts_for_now() -> None:
+    localiser = Localiser(LIMITS)
+    drives, pose = Twist(0.4, 0.0), Pose(0.0, 0.0, 0.0)
+    for tick in range(200):
+        localiser.take(Odometry(100.0 + tick / 20, pose, drives), tick / 20)
+        pose = integrate(pose, drives, 1 / 20)
+    here = Pose(4.0, 1.0, 0.0)
+    assert localiser.correct(Localisation(0.0, here), 199 / 20) == "", "nobody has stamped it"
+    assert near(localiser.pose(199 / 20), here)

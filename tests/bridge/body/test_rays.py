@@ -104,3 +104,8 @@ def test_another_number_of_beams_is_all_right_as_long_as_there_is_one_near_each_
 ) -> None:
     found = rays(scan(count=count, turn=turn, first=-radians(110) if turn < 6 else -pi), CENTRE, SETTINGS)
     assert (found.lacks, len(found.free)) == (lacks, 0 if lacks else 15)
+
+
+def test_a_scanner_that_does_not_reach_as_far_as_rays_tells_nothing() -> None:
+    short = scan()._replace(farthest=1.7)
+    assert rays(short, CENTRE, SETTINGS) == ([], "reaches 1.7 m, and sensors.range of the scenario wants 1.8 m")

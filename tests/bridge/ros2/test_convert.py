@@ -263,7 +263,7 @@ def test_markers_are_the_cells_held_and_the_joint_plans() -> None:
     r1 = structs.replace(body("r1", 1.0, 2.0, 0.5), held=[0, 1, 10**9], members=["r1", "arm-2"])
     arm = structs.replace(body("arm-2", 3.0, 2.0, 0.0), held=[2], members=["r1", "arm-2"])
     found = said(Truth(run=0, tick=65, time=3.25, bodies=[r1, arm]), "", FLOOR)
-    held, joint = only(found, topics.MARKERS).markers
+    held, joint, *_ = only(found, topics.MARKERS).markers
     cells = cells_of(unpack(PACKED), SETTINGS)
     assert_stamped(held, "map")
     assert (held.ns, held.type, held.action) == ("held", held.CUBE_LIST, held.ADD)
@@ -276,17 +276,31 @@ def test_markers_are_the_cells_held_and_the_joint_plans() -> None:
 
 def test_a_list_of_no_points_takes_the_last_one_away() -> None:
     found = said(Truth(run=0, tick=65, time=3.25, bodies=[body("r1", 1.0, 2.0, 0.5)]), "", FLOOR)
-    assert [one.action for one in only(found, topics.MARKERS).markers] == [2, 2]
+    held, joint, *_ = only(found, topics.MARKERS).markers
+    assert [(one.ns, one.action) for one in (held, joint)] == [("held", 2), ("joint plans", 2)]
 
 
-def test_the_clock_tells_footprints_names_batteries_and_who_is_there() -> None:
-    told = structs.replace(clock(robots=("r1", "arm-2")), presence={"arm-2": Seen(Liveness.LOST, 2.0)})
-    found = said(told)
-    drawn = {(one.ns, one.id): one for one in only(found, topics.MARKERS).markers}
-    assert drawn.keys() == {(kind, number) for kind in ("footprints", "names") for number in (0, 1)}
+def test_footprints_and_names_are_drawn_once_a_second_of_the_run() -> None:
+    made = converter()
+    list(made.converted(FLOOR, "", SETTINGS, AT))
+    bodies = [body("r1", 1.0, 2.0, 0.5), body("arm-2", 3.0, 2.0, 0.0)]
+    told = [Truth(run=0, tick=tick, time=tick / 20, bodies=bodies) for tick in (65, 84, 85)]
+    first, *others = (read(list(made.converted(one, "", SETTINGS, AT))) for one in told)
+    kinds = [{one.ns for one in only(found, topics.MARKERS).markers} for found in (first, *others)]
+    drawn_too = {"footprints", "names"}
+    assert kinds == [{"held", "joint plans"} | more for more in (drawn_too, set(), drawn_too)]
+    drawn = {(one.ns, one.id): one for one in only(first, topics.MARKERS).markers}
+    assert drawn.keys() - {("held", 0), ("joint plans", 0)} == {
+        (kind, number) for kind in ("footprints", "names") for number in (0, 1)
+    }
     assert drawn["names", 1].text == "arm-2"
     foot = drawn["footprints", 0]
     assert (foot.header.frame_id, bool(foot.frame_locked), foot.scale.x) == ("r1/base_footprint", True, 0.4)
+
+
+def test_the_clock_tells_batteries_and_who_is_there() -> None:
+    told = structs.replace(clock(robots=("r1", "arm-2")), presence={"arm-2": Seen(Liveness.LOST, 2.0)})
+    found = said(told)
     battery = next(one.message for one in found if (one.robot, one.topic) == ("r1", topics.BATTERY))
     assert (battery.percentage, bool(battery.present), battery.serial_number) == (1.0, True, "r1")
     assert isnan(battery.voltage)

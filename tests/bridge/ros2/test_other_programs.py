@@ -25,22 +25,26 @@ NODE_SERVICES: Final = {
 ACTIONS: Final = {"navigate_to_pose": "NavigateToPose", "navigate_through_poses": "NavigateThroughPoses"}
 # a peer of another version: the map that is kept, once, and odometry as it comes
 PEER: Final = """
-import os, sys, time, zenoh, zenoh.ext
+import os, sys, threading, zenoh, zenoh.ext
 config = zenoh.Config()
 config.insert_json5("mode", '"peer"')
 config.insert_json5("connect/endpoints", f'["{sys.argv[1]}"]')
 config.insert_json5("scouting/multicast/enabled", "false")
 session = zenoh.open(config)
 late = zenoh.ext.HistoryConfig(detect_late_publishers=True)
-maps, odometry, tokens = [], [], []
+maps, odometry, tokens, there = [], [], [], threading.Event()
+def into(found):
+    def take(one):
+        found.append(one)
+        if maps and len(odometry) >= 40 and len(tokens) >= 40:
+            there.set()
+    return take
 held = [
-    zenoh.ext.declare_advanced_subscriber(session, "0/map/**", maps.append, history=late),
-    session.declare_subscriber("0/r1/odom/**", odometry.append),
-    session.liveliness().declare_subscriber("@ros2_lv/0/**", tokens.append, history=True),
+    zenoh.ext.declare_advanced_subscriber(session, "0/map/**", into(maps), history=late),
+    session.declare_subscriber("0/r1/odom/**", into(odometry)),
+    session.liveliness().declare_subscriber("@ros2_lv/0/**", into(tokens), history=True),
 ]
-until = time.monotonic() + 60
-while time.monotonic() < until and not (maps and len(odometry) >= 40 and len(tokens) >= 40):
-    time.sleep(0.05)
+there.wait(60)
 print(len(maps), len(odometry) >= 40, len(tokens) >= 40, {len(one.attachment) for one in maps + odometry}, flush=True)
 os._exit(0)  # some versions hang when a session with callbacks is closed
 """

@@ -184,7 +184,7 @@ def test_a_broker_that_goes_away_and_comes_back_is_told_all_again(
             master.say("r1", "order", order_of(("here", *at), ("A", 9.5, 2.0), ("B", 9.5, 6.0)))
             master.until("r1", "state", lambda said: said["driving"])
         broker.kill()
-        bridge.await_line("dropped")
+        bridge.await_line("no connection to broker")
         broker.start()
         with master_on(broker.port) as master:
             master.connection("r1", "ONLINE")

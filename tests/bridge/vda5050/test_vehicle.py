@@ -1,5 +1,6 @@
 """One vehicle, told by hand what the fleet and a master say: what it asks of the world, and the states that it tells."""
 
+from math import pi
 from typing import Any
 
 import pytest
@@ -109,11 +110,13 @@ def test_the_name_of_the_order_in_the_fleet_is_the_masters_as_far_as_it_is_allow
 
 def test_the_angles_of_nodes_are_headings_of_the_order(told: Told) -> None:
     order = order_of(A, B, C)
-    order["nodes"][2]["nodePosition"]["theta"] = -1.5
+    order["nodes"][2]["nodePosition"]["theta"] = 3.1415927  # pi in single precision, which is more
     ask = told.vehicle.order(taken(order), "0badcafe")
     assert ask is not None
     assert isinstance(ask.request, Order)
-    assert ask.request.headings == [None, -1.5]
+    first, second = ask.request.headings
+    assert first is None
+    assert second == pytest.approx(-pi, abs=1e-6)
 
 
 def test_an_order_of_the_node_where_it_stands_is_done_at_once(told: Told) -> None:

@@ -106,7 +106,7 @@ def test_ten_thousand_walls_are_drawn_and_one_is_taken_away(tmp_runtime: Path) -
         box.use("erase")
         box.drag((taken[0] - 1.0, taken[1] - 0.5), (taken[0] + 1.0, taken[1] + 0.5))
         box.await_text("#events", "the floor was cleared")
-        assert box.colour(*taken) != walls[0]
+        box.await_other_colour(*taken, walls[0])
         box.page.click("#go")
         box.await_text("#phase", "all done")
         assert box.complaints == []

@@ -8,7 +8,7 @@ from unittest.mock import Mock
 import msgspec
 
 from swarm.bus import Bus
-from swarm.fingerprint import fingerprint
+from swarm.fingerprint import OF_ROBOTS, fingerprint
 from swarm.fuzzy import Controller
 from swarm.geometry import Pose
 from swarm.messages import JOIN, Broadcast, Join, Phase
@@ -40,7 +40,7 @@ def made(
     world, controller = one.world, Controller(one.scenario.profile)
     seats, said = dict[str, Seat](), dict[tuple[str, int], Broadcast]()
     for name, start in zip(world.robots, world.starts, strict=True):
-        ask(one, JOIN, Join(robot=name, session=name, world=None, code=fingerprint()))
+        ask(one, JOIN, Join(robot=name, session=name, world=None, code=fingerprint(libraries=OF_ROBOTS)))
         robot = Robot(name, number_of(name), one.scenario, Pose(*start), None, controller)
         seats[name] = Seat(robot, Ear(), 100, lambda line: None, world.identity)
     one.go_to(Phase.RUNNING)

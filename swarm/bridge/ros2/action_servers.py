@@ -7,6 +7,7 @@ from typing import Any, Final
 from swarm.bridge.cdr.layouts import SECOND
 from swarm.bridge.errand import End, Errand
 from swarm.bridge.errands import Errands
+from swarm.bridge.following import REPLY
 from swarm.bridge.ros2.actions import (
     ENDS,
     NAVIGATION,
@@ -30,7 +31,6 @@ from swarm.errors import PeerError
 from swarm.geometry import Pose
 from swarm.messages import ORDER, ROBOT_ACTION, RobotAction, RobotDo
 
-ANSWER: Final = 2.0  # s to wait for the world's answer to an order; meanwhile nothing goes out
 EVERY: Final = 0.2  # s between two feedbacks of a goal
 WAITING: Final = (
     100  # requests for one result that are held; free_fleet asks again every 6.5 s and forgets the last one
@@ -41,7 +41,7 @@ SERVED: Final = tuple(
 )
 
 
-class Navigator:
+class ActionServers:
     """Nav2's actions of one robot, at its node."""
 
     def __init__(
@@ -59,6 +59,7 @@ class Navigator:
         self._robot, self._node, self._ros = robot, node, ros
         self._bus, self._errands, self._log, self._turns = bus, errands, log, turns
         self._goals = {action: Goals() for action in NAVIGATION}
+        self.newest = 0  # number of the last order that the world has taken from ROS
         self._told = 0.0  # s, when feedback was sent last
         self._trees = False  # it was said that behaviour trees are ignored
 
@@ -100,7 +101,7 @@ class Navigator:
             self._node.send(action.feedback, feedback(self._ros, action, goal, pose, speed, at))
 
     def _accept(self, action: Action, request: Request, run: int, at: int) -> None:
-        """Give the world an order for a goal, and answer whether it was taken."""
+        """Send the world an order for a goal, and answer whether it was accepted."""
         asked = request.message
         id_ = asked.goal_id.uuid.tobytes()
         try:
@@ -108,12 +109,13 @@ class Navigator:
                 raise PeerError(f"goal {id_.hex()[:8]}: expected a new id, got one that is known")
             poses = poses_of(action, asked.goal)
             order = order_to(poses, id_.hex(), turns=self._turns)
-            reply = self._bus.ask(ORDER, order, timeout=ANSWER, robot=self._robot)
+            reply = self._bus.ask(ORDER, order, timeout=REPLY, robot=self._robot)
         except PeerError as fault:
             self._log(f"{self._robot}: {action.name}: goal refused: {fault}")
             request.answer(accepted=False, stamp=stamp(self._ros, at))
             return
         self._log(reply.text)
+        self.newest = reply.number
         if asked.goal.behavior_tree and not self._trees:
             self._log(f"{self._robot}: {action.name}: behavior_tree is ignored: robots plan by themselves")
             self._trees = True
@@ -129,10 +131,10 @@ class Navigator:
         at = info.stamp.sec * SECOND + info.stamp.nanosec
         code, goals = self._goals[action].to_cancel(info.goal_id.uuid.tobytes(), at)
         # the robot may have another order by now, which nobody wants to cancel here: the goal's end is on its way
-        goals = [goal for goal in goals if not goal.errand.replaced]
+        goals = [goal for goal in goals if not goal.errand.replaced and goal.errand.number >= self.newest]
         if goals:
             try:
-                self._log(self._bus.ask(ROBOT_ACTION, RobotAction(do=RobotDo.CANCEL), ANSWER, robot=self._robot).text)
+                self._log(self._bus.ask(ROBOT_ACTION, RobotAction(do=RobotDo.CANCEL), REPLY, robot=self._robot).text)
             except PeerError as fault:
                 self._log(f"{self._robot}: {action.name}: not cancelled: {fault}")
                 code, goals = CancelCode.REJECTED, []
