@@ -284,8 +284,9 @@ def test_footprints_and_names_are_drawn_once_a_second_of_the_run() -> None:
     made = converter()
     list(made.converted(FLOOR, "", SETTINGS, AT))
     bodies = [body("r1", 1.0, 2.0, 0.5), body("arm-2", 3.0, 2.0, 0.0)]
-    told = [Truth(run=0, tick=tick, time=tick / 20, bodies=bodies) for tick in (65, 84, 85)]
-    first, *others = (read(list(made.converted(one, "", SETTINGS, AT))) for one in told)
+    told = Truth(run=0, tick=65, time=3.25, bodies=bodies)
+    times = AT, AT + 10**9 - 1, AT + 10**9  # ns
+    first, *others = (read(list(made.converted(told, "", SETTINGS, at))) for at in times)
     kinds = [{one.ns for one in only(found, topics.MARKERS).markers} for found in (first, *others)]
     drawn_too = {"footprints", "names"}
     assert kinds == [{"held", "joint plans"} | more for more in (drawn_too, set(), drawn_too)]
