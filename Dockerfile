@@ -22,15 +22,16 @@ COPY world world
 COPY dashboard dashboard
 COPY scenarios scenarios
 COPY README.md LICENSE ./
-# From another folder: in /src, Python would take and compile the package of /src instead of the installed one.
-RUN /opt/pip/bin/pip --python /opt/swarm/bin/python install --no-deps . \
-    && cd / && /opt/swarm/bin/python -m swarm.compiled
+RUN /opt/pip/bin/pip --python /opt/swarm/bin/python install --no-deps .
+# In /src, Python would take and compile the package of /src instead of the installed one.
+WORKDIR /
+RUN /opt/swarm/bin/python -m swarm.compiled
 
 FROM build-robot AS build-world
-RUN /opt/pip/bin/pip --python /opt/swarm/bin/python install --constraint requirements.lock zenoh-swarm
+RUN /opt/pip/bin/pip --python /opt/swarm/bin/python install --constraint /src/requirements.lock zenoh-swarm
 
 FROM build-world AS build-dashboard
-RUN /opt/pip/bin/pip --python /opt/swarm/bin/python install --constraint requirements.lock 'zenoh-swarm[rerun]'
+RUN /opt/pip/bin/pip --python /opt/swarm/bin/python install --constraint /src/requirements.lock 'zenoh-swarm[rerun]'
 
 FROM ${BASE} AS base
 ARG VERSION=0

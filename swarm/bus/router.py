@@ -1,6 +1,6 @@
 """The embedded router: a Zenoh session in router mode."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Final
 
 import zenoh
@@ -14,8 +14,8 @@ from swarm.stopping import told_to_stop
 LOOK: Final = 0.5  # s between two looks whether to stop: a signal that one of Zenoh's threads gets wakes no wait
 
 
-def serve(endpoint: settings.Endpoint) -> int:
-    """Run the router until this process is told to stop."""
+def serve(endpoint: settings.Endpoint, others: Sequence[settings.Endpoint] = ()) -> int:
+    """Run the router until this process is told to stop; ``others`` are routers that it joins."""
     with told_to_stop() as stop:
         heart = Heartbeat()
 
@@ -23,18 +23,18 @@ def serve(endpoint: settings.Endpoint) -> int:
             while not stop.wait(LOOK):
                 heart.beat()
 
-        run(endpoint, wait)
+        run(endpoint, wait, others)
     return 0
 
 
-def run(endpoint: settings.Endpoint, wait: Callable[[], object]) -> None:
-    """Route until ``wait`` returns.
+def run(endpoint: settings.Endpoint, wait: Callable[[], object], others: Sequence[settings.Endpoint] = ()) -> None:
+    """Route until ``wait`` returns; ``others`` are routers that this one joins as soon as they answer.
 
     Raises:
         ConfigError: the router cannot listen on the endpoint.
     """
     try:
-        session = zenoh.open(settings.router(endpoint))
+        session = zenoh.open(settings.router(endpoint, others))
     except zenoh.ZError as fault:
         raise ConfigError(
             f"router: expected to listen on {endpoint}, got: {plain(str(fault))}; is the port in use?"

@@ -3,6 +3,7 @@
 import json
 import re
 import socket
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from ipaddress import ip_address
 from pathlib import Path
@@ -27,7 +28,13 @@ CLIENT: Final = COMMON | {
     "connect/timeout_ms": 10_000,
     "connect/retry": {"period_init_ms": 50, "period_max_ms": 500, "period_increase_factor": 1.5},
 }
-ROUTER: Final = COMMON | {"mode": "router", "transport/unicast/max_sessions": 4000}
+ROUTER: Final = COMMON | {
+    "mode": "router",
+    "transport/unicast/max_sessions": 4000,
+    "connect/timeout_ms": -1,  # other routers are looked for as long as this one lives
+    "connect/exit_on_failure": False,
+    "connect/retry": {"period_init_ms": 100, "period_max_ms": 1000, "period_increase_factor": 1.5},
+}
 
 PATTERN: Final = re.compile(r"^(tcp|tls)/(\[[0-9a-fA-F:]+\]|[^:/\s]+):(\d{1,5})$")
 
@@ -106,14 +113,14 @@ def client(endpoint: Endpoint) -> zenoh.Config:
     return _config(CLIENT | {"connect/endpoints": [str(endpoint)]} | _lease(endpoint) | _tls(endpoint, "connect"))
 
 
-def router(endpoint: Endpoint) -> zenoh.Config:
-    """Return the settings of the session that is the router.
+def router(endpoint: Endpoint, others: Sequence[Endpoint] = ()) -> zenoh.Config:
+    """Return the settings of the session that is the router; it joins ``others``, however late they come.
 
     Raises:
         ConfigError: a file of the router's keys is missing or wrong.
     """
-    listen: dict[str, Any] = {"listen/endpoints": [str(endpoint)]}
-    config = _config(ROUTER | listen | _lease(endpoint) | _tls(endpoint, "listen"))
+    places: dict[str, Any] = {"listen/endpoints": [str(endpoint)], "connect/endpoints": [*map(str, others)]}
+    config = _config(ROUTER | places | _lease(endpoint) | _tls(endpoint, "listen", *(("connect",) if others else ())))
     if endpoint.identity is not None:
         try:
             config.insert_json5("access_control", endpoint.identity.access_list())
@@ -128,8 +135,8 @@ def _lease(endpoint: Endpoint) -> dict[str, Any]:
     return {"transport/link/tx/lease": round(1000 * endpoint.lease)}  # ms
 
 
-def _tls(endpoint: Endpoint, side: str) -> dict[str, Any]:
-    """Return the settings of mutual TLS for a side, ``listen`` or ``connect``; none for an open fleet."""
+def _tls(endpoint: Endpoint, *sides: str) -> dict[str, Any]:
+    """Return the settings of mutual TLS for sides, ``listen`` or ``connect``; none for an open fleet."""
     identity = endpoint.identity
     if identity is None:
         return {}
@@ -140,8 +147,8 @@ def _tls(endpoint: Endpoint, side: str) -> dict[str, Any]:
             "verify_name_on_connect": True,
             "close_link_on_expiration": True,
             "root_ca_certificate": str(identity.folder / AUTHORITY),
-            f"{side}_certificate": str(identity.folder / CERTIFICATE),
-            f"{side}_private_key": str(identity.folder / KEY),
+            **{f"{side}_certificate": str(identity.folder / CERTIFICATE) for side in sides},
+            **{f"{side}_private_key": str(identity.folder / KEY) for side in sides},
         }
     }
 

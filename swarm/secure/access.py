@@ -30,7 +30,7 @@ from swarm.messages import (
     Topic,
 )
 from swarm.messages.topic import below
-from swarm.secure.names import BRIDGE, OPERATOR, WATCHER, WORLD
+from swarm.secure.names import BRIDGE, OPERATOR, ROUTER, WATCHER, WORLD
 
 ROBOT: Final = "robot"  # the row of every robot
 FLEET: Final = below("*")  # keys of whatever fleet: a router with an access list serves one fleet, of any name
@@ -107,14 +107,15 @@ def access_list(robots: Sequence[str]) -> dict[str, Any]:
         own = [rule for rule in _rules(member, rights, robot) if rule["key_exprs"]]
         rules += own
         policies.append({"subjects": [member], "rules": [rule["id"] for rule in own]})
-    # what the router sends out was let in by the rules above
-    rules.append(_rule("out", EVERYTHING, [f"{FLEET}**"], "egress"))
-    policies.append({"subjects": list(members), "rules": ["out"]})
+    # what the router sends out was let in by the rules above, of this router or of another one
+    rules += [_rule(flow, EVERYTHING, [f"{FLEET}**"], flow) for flow in ("ingress", "egress")]
+    policies.append({"subjects": [*members, ROUTER], "rules": ["egress"]})
+    policies.append({"subjects": [ROUTER], "rules": ["ingress"]})
     return {
         "enabled": True,
         "default_permission": "deny",
         "rules": rules,
-        "subjects": [{"id": member, "cert_common_names": [member]} for member in members],
+        "subjects": [{"id": member, "cert_common_names": [member]} for member in (*members, ROUTER)],
         "policies": policies,
     }
 

@@ -55,19 +55,19 @@ class Authority:
 
     def client(self, name: str, span: tuple[datetime, datetime] | None = None) -> Files:
         """Issue a certificate with which a process connects; it cannot be a router's."""
-        return self._issue(name, ExtendedKeyUsageOID.CLIENT_AUTH, (), span)
+        return self._issue(name, [ExtendedKeyUsageOID.CLIENT_AUTH], (), span)
 
     def router(self, name: str, hosts: Sequence[str]) -> Files:
-        """Issue a certificate for a router that is reached by these names and addresses."""
-        return self._issue(name, ExtendedKeyUsageOID.SERVER_AUTH, hosts, None)
+        """Issue a certificate for a router that is reached by these names and addresses; it may connect to others."""
+        return self._issue(name, [ExtendedKeyUsageOID.SERVER_AUTH, ExtendedKeyUsageOID.CLIENT_AUTH], hosts, None)
 
     def _issue(
-        self, name: str, use: x509.ObjectIdentifier, hosts: Sequence[str], span: tuple[datetime, datetime] | None
+        self, name: str, uses: list[x509.ObjectIdentifier], hosts: Sequence[str], span: tuple[datetime, datetime] | None
     ) -> Files:
         key = ec.generate_private_key(ec.SECP256R1())
         builder = self._builder(_named(name), key.public_key(), span or self._span)
         builder = builder.add_extension(x509.BasicConstraints(ca=False, path_length=None), critical=True)
-        builder = builder.add_extension(x509.ExtendedKeyUsage([use]), critical=False)
+        builder = builder.add_extension(x509.ExtendedKeyUsage(uses), critical=False)
         if hosts:
             builder = builder.add_extension(
                 x509.SubjectAlternativeName([_host(host) for host in hosts]), critical=False

@@ -87,8 +87,10 @@ def router(options: argparse.Namespace) -> int:
             )
         print(f"router: {place} is open: anybody who reaches it can steer the robots", file=sys.stderr, flush=True)
     place = place.claim()
-    print(f"router: listening on {place}", flush=True)
-    return serve(place)
+    others = [endpoint(text, options.secure, ROUTER) for text in options.join]
+    joins = f", and joins {', '.join(map(str, others))}" if others else ""
+    print(f"router: listening on {place}{joins}", flush=True)
+    return serve(place, others)
 
 
 def world(options: argparse.Namespace) -> int:
@@ -213,6 +215,8 @@ def add(commands: "Commands[Parser]") -> None:
 
     one = commands.add_parser("router", help="run the router of fleets")
     one.add_argument("--listen", metavar="ENDPOINT", help="tcp/127.0.0.1:7447 by default; tls/... with --secure")
+    text = "another host's router: what each hears reaches the other, if anybody there wants it; may be repeated"
+    one.add_argument("--join", action="append", default=[], metavar="ENDPOINT", help=text)
     one.add_argument("--insecure", action="store_true", help="let others than this machine connect without keys")
     secure(one)
     one.set_defaults(command=router)

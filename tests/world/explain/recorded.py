@@ -5,7 +5,7 @@ from pathlib import Path
 from unittest.mock import Mock
 
 from swarm.bus import Bus
-from swarm.fingerprint import fingerprint
+from swarm.fingerprint import OF_ROBOTS, fingerprint
 from swarm.fuzzy import Controller
 from swarm.messages import ACTION, JOIN, Broadcast, Join, Phase, RobotAction, RobotDo
 from swarm.robot.host.seat import GivenAnswer, Seat
@@ -39,7 +39,7 @@ class Recorded:
 
     def join(self, name: str, *, ours: bool = True) -> None:
         """Put a process without memory in a robot's place."""
-        code = fingerprint() if ours else "another"
+        code = fingerprint(libraries=OF_ROBOTS) if ours else "another"
         ask(self._run, JOIN, Join(robot=name, session=f"{name} {len(self._broadcasts)}", world=None, code=code))
         self._seats[name] = Seat(self._maker.welcomed(name), Ear(), 100, lambda line: None, self._run.world.identity)
 
