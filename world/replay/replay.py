@@ -228,11 +228,11 @@ class Replay(InProcess):
             return
         for lag, heard, edits in item.before:
             self._earlier(name, self.world.tick - lag, heard, edits)
-        if item.before:
-            seat.doubt()
         sense = senses[name]
         if item.again:  # it had answered a world that was killed before that put it on the tape
             self._earlier(name, tick, item.heard or (), item.edits)
+        if item.before:
+            seat.doubt()
         last = self.steps.get(name)
         if last is not None and last.sense.run == sense.run and tick - last.sense.tick > 1:
             ticks = f"ticks {last.sense.tick + 1} to {tick - 1}"

@@ -1,6 +1,6 @@
 """The place of one robot in its process: the sense that it has not answered yet, and its last answers."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from typing import Final, NamedTuple, Protocol
 
 import msgspec
@@ -16,8 +16,12 @@ OFF: Final = 0.01  # m; a third of the gap that the safety filter keeps to walls
 TURNED: Final = 0.05  # rad
 KEPT: Final = 5.0  # s for which answers are kept: a repeated sense gets the same answer
 SAID_AGAIN: Final = 3  # last answers, said again after the router was away: others are a tick behind at most
+DOUBTED: Final = 20  # last steps that are told when answers may be lost: a slow process is some ticks behind
 EARLIER: Final = "the robot has answered a later one; the world goes on from before that"
 MOST_NAMED: Final = 10  # reasons for dropping a sense that are logged, at most
+
+
+Step = tuple[int, list[Pair], int | None]  # tick, broadcasts heard, and edits of a map that was fetched
 
 
 class GivenAnswer(NamedTuple):
@@ -30,13 +34,13 @@ class GivenAnswer(NamedTuple):
     took: Took  # what the robot stepped with
 
     @property
-    def step(self) -> tuple[int, list[Pair], int | None]:
+    def step(self) -> Step:
         """The tick, the broadcasts that were heard, and the number of edits of the map that was fetched."""
         return self.outputs.command.tick, self.took.heard, self.took.edits
 
-    def again(self) -> "GivenAnswer":
-        """Return the answer as it is said again."""
-        took = msgspec.structs.replace(self.took, again=True)
+    def again(self, before: Sequence[Step] = ()) -> "GivenAnswer":
+        """Return the answer as it is said again; ``before`` are the steps before it whose answers may be lost."""
+        took = msgspec.structs.replace(self.took, again=True, before=[*before])
         return self._replace(
             outputs=self.outputs._replace(command=msgspec.structs.replace(self.outputs.command, took=took))
         )
@@ -68,6 +72,10 @@ class Repeats:
         """Return the first answer kept that is later than a sense, in the same run, or None."""
         later = [key for key in self._given if key[0] == sense.run and key[1] > sense.tick]
         return self._given[min(later)] if later else None
+
+    def before(self, sense: Sense) -> list[GivenAnswer]:
+        """Return the answers kept that are earlier than a sense, in the same run, oldest first."""
+        return [given for (run, tick), given in self._given.items() if run == sense.run and tick < sense.tick]
 
     def last(self) -> list[GivenAnswer]:
         """Return the last few answers, oldest first."""
@@ -162,7 +170,8 @@ class Seat:
             return later and later.again().standing(sense.tick)
         if given is None:
             return None
-        return given.again() if given.fits(sense) else given.again().standing(sense.tick)
+        again = given.again(self._doubted(sense))
+        return again if given.fits(sense) else again.standing(sense.tick)
 
     def said(self) -> list[GivenAnswer]:
         """Return what was said last in lockstep, oldest first: the router may have lost it."""
@@ -201,7 +210,7 @@ class Seat:
         sense, self.sense = self.sense, None
         assert sense is not None
         if (given := self._repeats.to(sense)) is not None:
-            return given.again()
+            return given.again(self._doubted(sense))
         overdue = sense.lockstep and self._lacks(sense)
         heard = (self.receiver.exactly if sense.lockstep else self.receiver.what_came)(sense.hears, sense.tick)
         fetched = None
@@ -213,9 +222,7 @@ class Seat:
         outputs = self.robot.step(Inputs(sense, heard))
         self._newest = sense.run, sense.tick
         took = Took(heard=[(one.robot, one.tick) for one in heard], edits=fetched)
-        last = self._repeats.last() if self._doubts else []
-        before = [one.step for one in last if one.outputs.command.run == sense.run]
-        self._doubts = False
+        before, self._doubts = self._doubted(sense), False
         if fetched is not None or took.heard != sense.hears or before:
             says = msgspec.structs.replace(took, before=before)
             outputs = outputs._replace(command=msgspec.structs.replace(outputs.command, took=says))
@@ -227,6 +234,10 @@ class Seat:
         given = GivenAnswer(outputs, zone, sense.lockstep, Pose(sense.x, sense.y, sense.yaw), took)
         self._repeats.keep(sense, given)
         return given
+
+    def _doubted(self, sense: Sense) -> list[Step]:
+        """Return the last steps before a sense, oldest first, if their answers may be lost."""
+        return [given.step for given in self._repeats.before(sense)[-DOUBTED:]] if self._doubts else []
 
     def leave(self) -> None:
         """End the subscriptions to the radio zones around the robot."""

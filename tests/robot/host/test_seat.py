@@ -10,7 +10,7 @@ from swarm.geometry import Pose
 from swarm.messages import Activity, Broadcast, Edit, Kind, Map, Sense, Took
 from swarm.robot.brain import Inputs
 from swarm.robot.host.radio import Radio, Receiver
-from swarm.robot.host.seat import EARLIER, MOST_NAMED, OVERDUE, SAID_AGAIN, GivenAnswer, Repeats, Seat
+from swarm.robot.host.seat import DOUBTED, EARLIER, MOST_NAMED, OVERDUE, SAID_AGAIN, GivenAnswer, Repeats, Seat
 from tests.robot.shared import FITS, robot, scenario
 
 LIVE = msgspec.structs.replace(FITS, lockstep=False)
@@ -179,9 +179,26 @@ def test_after_a_doubt_the_next_answer_tells_what_the_last_steps_were_made_with(
     one.seat.doubt()
     took = one.answer(later(LIVE, 5)).outputs.command.took
     assert took is not None
-    assert took.before == [given.step for given in earlier[-SAID_AGAIN:]]
+    assert took.before[-5:] == [given.step for given in earlier]
     assert took.before[-1] == (LIVE.tick + 4, [("r3", 6)], None)
     assert one.answer(later(LIVE, 6)).outputs.command.took is None, "it is told once"
+
+
+def test_an_answer_that_is_said_again_tells_the_steps_before_it() -> None:
+    """Those of the world before may be lost: a replay must make them before this one, not after."""
+    one = Chair(kept=100)
+    earlier = [one.answer(later(LIVE, tick)) for tick in range(DOUBTED + 2)]
+    one.seat.doubt()
+    for ticks, expected in ((1, earlier[:1]), (5, earlier[:5])):
+        given = one.seat.repeat(later(LIVE, ticks))
+        assert given is not None
+        took = given.outputs.command.took
+        assert took is not None
+        assert (took.again, took.before[-len(expected) :]) == (True, [given.step for given in expected])
+    took = one.answer(later(LIVE, DOUBTED + 2)).outputs.command.took
+    assert took is not None
+    assert len(took.before) == DOUBTED, "the next new step tells all once more"
+    assert one.seat.repeat(later(LIVE, 5)) == earlier[5].again()
 
 
 def resumed() -> Chair:

@@ -12,7 +12,7 @@ def assert_replayed(tape: Path, report: dict[str, Any]) -> Replay:
     """Check that a tape gives the run again of which the world has written a report, and that it broke no law."""
     watch = Watch()
     replay = replayed(TapeFile(tape), watch.take)
-    assert replay.difference is None
+    assert replay.difference is None, replay.difference
     assert replay.file.left_out == 0
     assert replay.world.measures.recorder.digest == report["digest"]
     assert watch.judged() == []
