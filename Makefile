@@ -3,6 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
+ROLES := robot world dashboard
 WORKERS := $(shell echo $$((2 * $$(getconf _NPROCESSORS_ONLN))))  # tests with processes mostly wait
 PYTEST := $(BIN)/python -m pytest -q -n $(WORKERS) --dist worksteal
 
@@ -51,9 +52,14 @@ bench: $(READY)  ## measure every number of docs/benchmarks.md
 release: $(READY)  ## build the wheel, the site, the images and their checksums in build/release; VERSION=0.2.0 names them first
 	$(BIN)/python deploy/release.py $(VERSION) $(if $(HOME_URL),--home $(HOME_URL))
 
-images:  ## build the images of robot, world and dashboard, with docker or buildah
+# buildah's own format has no health checks
+images: export BUILDAH_FORMAT := docker
+images:  ## build the images of robot, world and dashboard, with docker or buildah; BASE=IMAGE, ROLES="robot world", BUILD=FLAGS
 	@engine=$$(docker info > /dev/null 2>&1 && echo docker || command -v buildah) || { echo "make images needs docker or buildah" >&2; exit 1; }; \
-	for role in robot world dashboard; do $$engine build --target $$role --tag zenoh-swarm-$$role . || exit 1; done
+	version=$$(sed -n 's/^version = "\(.*\)"$$/\1/p' pyproject.toml); \
+	for role in $(ROLES); do \
+		$$engine build --target $$role --tag zenoh-swarm-$$role $(if $(BASE),--build-arg BASE=$(BASE)) --build-arg VERSION=$$version $(BUILD) . || exit 1; \
+	done
 
 mutants: $(READY)  ## change the code of claims and joint plans a little, and list the changes that no test notices: half an hour
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --constraint requirements.lock --editable '.[mutants]'

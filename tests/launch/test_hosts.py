@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from swarm.bus import Endpoint
+from swarm.bus import Endpoint, connect
 from swarm.cli import main
 from swarm.messages import Phase
 from tests.conftest import MakeBus
@@ -76,6 +76,38 @@ def test_who_is_told_to_stop_leaves_no_token(
     await_presence(bus, "world", alive=False)
     assert world.end() == 1
     assert "Traceback" not in world.text
+
+
+def test_a_world_of_another_wire_is_a_sentence(endpoint: Endpoint, tmp_runtime: Path) -> None:
+    with connect(endpoint) as session:
+        token = session.liveliness().declare_token("swarm/v9/hosts/alive/world/world/abc")
+        with Command("robot", "--connect", str(endpoint), "--fleet", "hosts", runtime=tmp_runtime) as robot:
+            robot.await_line("expected a world of wire v1, got one of v9; install the zenoh-swarm that it has")
+            robot.process.send_signal(signal.SIGTERM)
+            assert robot.end() == 0
+        token.undeclare()  # type: ignore[no-untyped-call]
+
+
+def test_a_world_with_a_snapshot_that_is_told_to_stop_leaves_its_run_to_the_next_one(
+    small: Path, endpoint: Endpoint, tmp_runtime: Path, tmp_path: Path
+) -> None:
+    file, report = tmp_path / "run.snapshot", tmp_path / "report.json"
+    wire = ("--connect", str(endpoint), "--fleet", "hosts")
+    words = ("world", str(small), "--robots", "1", "--pace", "20", "--snapshot", str(file), "--report", str(report))
+    with Command("robot", *wire, runtime=tmp_runtime) as robot:
+        with Command(*words, *wire, runtime=tmp_runtime) as world:
+            world.await_line("r1 is at target 1")
+            world.process.send_signal(signal.SIGTERM)
+            assert world.end() == 0
+            assert f"in {file}; the same command goes on with it" in world.text
+            assert not report.exists(), "the run is not over"
+        with Command(*words, *wire, runtime=tmp_runtime) as world:
+            world.await_line("the run goes on at")
+            assert world.end() == 0
+        assert robot.text.count("joined as") == 2
+    assert not list(tmp_path.glob("*run.snapshot*")), "there is nothing to go on with"
+    found = json.loads(report.read_text(encoding="utf-8"))
+    assert (found["passed"], found["complete"]) == (True, True)
 
 
 def test_status_of_no_fleet_is_a_sentence(

@@ -20,6 +20,7 @@ from swarm.messages import (
     RADIO,
     SENSE,
     STATE,
+    VERSION,
     Clock,
     Join,
     Leave,
@@ -37,6 +38,8 @@ LOOK: Final = 0.25  # s between two checks whether the process must stop
 PEEK: Final = 0.001  # s between two checks for a missing broadcast, whose arrival wakes nothing
 GOODBYE: Final = 3.0  # s to wait for the answer when a robot leaves
 WELCOME: Final = 10.0  # s to wait for the answer to a join
+UNSEEN: Final = 3.0  # s without a world, before one of another wire is looked for
+AGAIN: Final = 60.0  # s between two complaints of it
 ECHOES: Final = (0.0, 0.25, 0.75, 1.75)  # s after the router is back; others come back within half a second
 
 
@@ -134,6 +137,7 @@ class RobotHost:
         self._inbox = Inbox(Radio(bus))
         self._shared: Shared | None = None
         self._echoes: list[float] = []  # s; when to say the last answers again
+        self._looks = UNSEEN  # s; when to look for a world of another wire
 
     def serve(self, stop: Flag) -> None:
         """Answer every sense, and join a world with each robot that is in none, until told to stop."""
@@ -155,6 +159,8 @@ class RobotHost:
                 for seat in self._inbox.seats.values():
                     for given in seat.said():
                         self._say(seat.name, given)
+            elif not self._worlds and now >= self._looks:
+                self._look_for_other_wires(now)
             else:
                 wait = PEEK if self._inbox.waiting else FIRST if self._echoes or self._lacks_places else LOOK
 
@@ -196,6 +202,16 @@ class RobotHost:
         return any(seat.speaker in {None, sender} for seat in self._inbox.seats.values())
 
     # --- joining ---
+
+    def _look_for_other_wires(self, now: float) -> None:
+        """Say it if the fleet has a world that does not understand these robots: they would wait for ever."""
+        found = self._bus.other_wires("world")
+        self._looks = now + (AGAIN if found else UNSEEN)
+        if found:
+            self._log(
+                f"expected a world of wire v{VERSION}, got one of {', '.join(found)}; install the zenoh-swarm that it "
+                "has, `swarm --version` says which; this process goes on waiting"
+            )
 
     @property
     def _lacks_places(self) -> bool:

@@ -29,6 +29,7 @@ class Ship:
 
     def __init__(self, *names: str | None) -> None:
         self.bus = Mock(spec=Bus, id="me", receive=self.receive)
+        self.bus.other_wires.return_value = []
         self.said: list[str] = []  # all but the joins
         self.joined: list[str] = []
         self.arrivals: list[Arrival | Link | Presence] = []
@@ -232,3 +233,22 @@ def test_after_the_router_is_back_the_last_answers_are_said_again_for_a_while() 
     ship.bus.send.reset_mock()
     ship.serve(Link(up=True), seconds=ECHOES[-1] + 1.0)
     assert ship.commands == given * len(ECHOES)
+
+
+def test_a_world_of_another_wire_is_named_once_a_minute() -> None:
+    ship = Ship()
+    ship.serve(seconds=10.0)
+    assert ship.said == []
+    ship.bus.other_wires.return_value = ["v2", "v3"]
+    ship.serve(seconds=50.0)
+    assert ship.said == [
+        "expected a world of wire v1, got one of v2, v3; install the zenoh-swarm that it has, `swarm --version` says "
+        "which; this process goes on waiting"
+    ]
+    ship.serve(seconds=60.0)
+    assert len(ship.said) == 2
+    ship.bus.other_wires.reset_mock()
+    ship.world("s")
+    assert ship.join(welcome()) != []
+    ship.serve(seconds=100.0)
+    assert not ship.bus.other_wires.called

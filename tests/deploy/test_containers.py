@@ -1,0 +1,166 @@
+"""The images as they are delivered: built, and run as compose.yaml says, where the machine has the tools."""
+
+import json
+import os
+import re
+import signal
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from time import monotonic
+from typing import Any, Final
+
+import pytest
+
+from swarm.secure.names import ROUTER, WORLD
+from tests.deploy.engine import Engine, lacking
+
+REASON: Final = lacking()
+PATIENCE: Final = 120.0  # s for what one waits for
+LARGEST: Final = {"robot": 450, "world": 600}  # MB
+COMPILES: Final = re.compile(r"\[cache\] data (loaded|saved)")  # what numba says of a kernel with NUMBA_DEBUG_CACHE=1
+OPTIONS: Final = (  # of every container of compose.yaml, as podman says them
+    "--cap-drop", "ALL", "--security-opt", "no-new-privileges", "--read-only", "--tmpfs", "/tmp",
+)  # fmt: skip
+
+pytestmark = [
+    pytest.mark.processes,
+    pytest.mark.long("builds a base and two images, and runs missions in containers"),
+    pytest.mark.timeout(1500),
+    pytest.mark.skipif(REASON is not None, reason=str(REASON)),
+]
+
+
+@pytest.fixture(scope="module")
+def engine(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Engine]:
+    with Engine(tmp_path_factory.mktemp("engine")) as made:
+        made.build("robot", "world")
+        yield made
+
+
+@pytest.fixture
+def empty(engine: Engine) -> Iterator[Engine]:
+    """An engine without containers; they are gone at the end."""
+    yield engine
+    engine.clear()
+
+
+def await_that(true: Callable[[], Any], what: Callable[[], str]) -> None:
+    """Wait until something of a container is true; the question itself takes a while."""
+    deadline = monotonic() + PATIENCE
+    while not true():
+        assert monotonic() < deadline, what()
+
+
+def await_log(engine: Engine, container: str, words: str) -> None:
+    await_that(lambda: words in engine.logs(container), lambda: f"{words!r}: {engine.logs(container)}")
+
+
+def await_success(engine: Engine, container: str) -> None:
+    """Wait until a container ends well; one that fails is started again."""
+    await_that(lambda: engine.podman("wait", container) == "0", lambda: engine.logs(container))
+
+
+def kill(engine: Engine, container: str) -> None:
+    """Kill what runs in a container, as a crash would: an engine does not start again what it was told to kill."""
+    os.kill(engine.state(container)["Pid"], signal.SIGKILL)
+
+
+def report_of(engine: Engine, volume: str) -> dict[str, Any]:
+    """Return the report that a world has left on its volume."""
+    (found,) = json.loads(engine.podman("volume", "inspect", volume))
+    folder = Path(found["Mountpoint"])
+    assert not (folder / "run.snapshot").exists(), "a run that is complete leaves nothing to go on with"
+    assert (folder / "run.swarm").is_file()
+    report: dict[str, Any] = json.loads((folder / "report.json").read_text(encoding="utf-8"))
+    return report
+
+
+def assert_passed(report: dict[str, Any], robots: int) -> None:
+    assert (report["passed"], report["complete"], report["robots"]) == (True, True, robots), report["reason"]
+    assert report["contacts"] == {"robot": 0, "wall": 0, "obstacle": 0}
+
+
+def test_images_are_small_and_say_what_they_are(engine: Engine) -> None:
+    for role, most in LARGEST.items():
+        (image,) = json.loads(engine.podman("image", "inspect", f"zenoh-swarm-{role}"))
+        assert image["Size"] < most * 10**6, f"{role}: {image['Size'] / 10**6:.0f} MB"
+        labels = image["Config"]["Labels"]
+        assert labels["org.opencontainers.image.title"] == "zenoh-swarm"
+        assert re.fullmatch(r"\d+\.\d+\.\d+\S*", labels["org.opencontainers.image.version"])
+        assert image["Config"]["User"] == "10001"
+
+
+def test_no_kernel_is_compiled_at_start(empty: Engine) -> None:
+    for role in LARGEST:
+        said = empty.podman(
+            "run", "--rm", "--network", "none", *OPTIONS, "--env", "NUMBA_DEBUG_CACHE=1", "--entrypoint", "python",
+            f"zenoh-swarm-{role}", "-m", "swarm.compiled",
+        )  # fmt: skip
+        words = COMPILES.findall(said)
+        assert len(words) > 10
+        assert set(words) == {"loaded"}
+
+
+@pytest.mark.parametrize("robots", [3, 8])
+def test_compose_runs_a_mission_and_what_is_killed_goes_on(empty: Engine, robots: int) -> None:
+    variables = {"ROBOTS": str(robots), "PACE": "8"}
+    empty.compose("up", "--no-build", "--detach", "router", "world", "robot", **variables)
+    names = [f"zenoh-swarm_{name}_1" for name in ("world", "router", "robot")]
+    world, router, robot = names
+    await_log(empty, world, "r1 is at target 1")
+    for name in names:
+        assert empty.podman("healthcheck", "run", name) == "", f"{name} is healthy"
+    kill(empty, world)
+    await_log(empty, world, "the run goes on at")
+    await_log(empty, world, "is at target 2")
+    if robots > 3:  # as much again for the others
+        kill(empty, router)
+        await_that(lambda: empty.state(router)["Status"] == "running", lambda: "the router is not started again")
+        kill(empty, robot)
+    await_success(empty, world)
+    assert_passed(report_of(empty, "zenoh-swarm_state"), robots)
+    for number in range(1, robots + 1):
+        empty.podman("stop", f"zenoh-swarm_robot_{number}")
+        assert empty.state(f"zenoh-swarm_robot_{number}")["ExitCode"] == 0, "a robot leaves in order"
+
+
+def test_a_process_that_hangs_is_unhealthy(empty: Engine) -> None:
+    empty.podman("run", "--detach", "--name", "router", *OPTIONS, "--entrypoint", "swarm", "zenoh-swarm-world",
+                 "router", "--listen", "tcp/0.0.0.0:7447", "--insecure")  # fmt: skip
+    check = (
+        "exec",
+        "router",
+        "sh",
+        "-c",
+        'test -n "$(find $SWARM_ALIVE -newermt "-2 seconds")" && echo alive || echo not',
+    )
+    await_that(lambda: empty.podman(*check) == "alive", lambda: "the router touches no file")
+    os.kill(empty.state("router")["Pid"], signal.SIGSTOP)
+    await_that(lambda: empty.podman(*check) == "not", lambda: "a stopped process touches its file")
+
+
+def test_a_fleet_with_keys_completes_its_mission(empty: Engine) -> None:
+    robots = ("r1", "r2", "r3")
+    empty.podman("network", "create", "--ignore", "secure")
+    empty.podman("volume", "create", "keys")
+    empty.podman(
+        "run", "--rm", *OPTIONS, "--network", "none", "--volume", "keys:/keys", "--entrypoint", "swarm",
+        "zenoh-swarm-world", "keys", "/keys/fleet", f"--robots={len(robots)}", "--host=secure-router",
+    )  # fmt: skip
+    (found,) = json.loads(empty.podman("volume", "inspect", "keys"))
+    folder = Path(found["Mountpoint"]) / "fleet"
+    joins = ("--connect=tls/secure-router:7447", "--fleet=compose", "--secure=/keys")
+
+    def start(name: str, member: str, role: str, *words: str, entry: tuple[str, ...] = (), state: bool = False) -> None:
+        volumes = ["--volume", f"{folder / member}:/keys/{member}:ro", *(["--volume", "state:/state"] * state)]
+        empty.podman("run", "--detach", "--name", name, *OPTIONS, "--network", "secure", *volumes, *entry,
+                     f"zenoh-swarm-{role}", *words)  # fmt: skip
+
+    start("secure-router", ROUTER, "world", "router", "--listen=tls/0.0.0.0:7447", "--secure=/keys",
+          entry=("--entrypoint", "swarm"))  # fmt: skip
+    start("world", WORLD, "world", "paper", f"--robots={len(robots)}", "--pace=max", *joins, "--report=/state/report.json",
+          "--snapshot=/state/run.snapshot", "--record=/state/run.swarm", state=True)  # fmt: skip
+    for name in robots:
+        start(name, name, "robot", f"--id={name}", *joins)
+    await_success(empty, "world")
+    assert_passed(report_of(empty, "state"), len(robots))
