@@ -67,7 +67,11 @@ class Engine:
 
     def clear(self) -> None:
         """Remove all containers, their volumes and networks."""
-        self.podman("rm", "--all", "--force", "--depend", "--time", "1")
+        removal = ("podman", "rm", "--all", "--force", "--time", "1")
+        subprocess.run(
+            removal, env=self.environment, capture_output=True, check=False
+        )  # those that others depend on stay
+        self.run(*removal)
         self.podman("volume", "rm", "--all", "--force")
         self.podman("network", "prune", "--force")
 

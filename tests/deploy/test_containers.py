@@ -141,7 +141,7 @@ def test_a_process_that_hangs_is_unhealthy(empty: Engine) -> None:
 
 def test_a_fleet_with_keys_completes_its_mission(empty: Engine) -> None:
     robots = ("r1", "r2", "r3")
-    empty.podman("network", "create", "--ignore", "secure")
+    empty.podman("network", "create", "secure")
     empty.podman("volume", "create", "keys")
     empty.podman(
         "run", "--rm", *OPTIONS, "--network", "none", "--volume", "keys:/keys", "--entrypoint", "swarm",

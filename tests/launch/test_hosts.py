@@ -93,7 +93,7 @@ def test_a_world_with_a_snapshot_that_is_told_to_stop_leaves_its_run_to_the_next
 ) -> None:
     file, report = tmp_path / "run.snapshot", tmp_path / "report.json"
     wire = ("--connect", str(endpoint), "--fleet", "hosts")
-    words = ("world", str(small), "--robots", "1", "--pace", "20", "--snapshot", str(file), "--report", str(report))
+    words = ("world", str(small), "--robots", "1", "--pace", "4", "--snapshot", str(file), "--report", str(report))
     with Command("robot", *wire, runtime=tmp_runtime) as robot:
         with Command(*words, *wire, runtime=tmp_runtime) as world:
             world.await_line("r1 is at target 1")
