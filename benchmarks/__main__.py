@@ -1,7 +1,8 @@
 """Runs all benchmarks in turn: ``python -m benchmarks [NAME ...] [--write] [-- ARGUMENT ...]``.
 
 Each benchmark runs in its own process, so that none warms up another. ``--write`` puts their output, the versions and
-the commit into ``docs/benchmarks.md``. Arguments after ``--`` are passed to each named benchmark.
+the commit into ``docs/benchmarks.md``. Arguments after ``--`` are passed to each named benchmark, whose output has a
+section of its own then.
 """
 
 import argparse
@@ -75,11 +76,12 @@ def divided(arguments: list[str]) -> tuple[list[str], list[str]]:
 
 
 def kept() -> dict[str, str]:
-    """Return the sections of the page by name; a benchmark that does not run again keeps its section."""
+    """Return the sections of the page by name and arguments; what does not run again keeps its section."""
     if not PAGE.exists():
         return {}
-    _, *sections = re.split(r"^## `python -m benchmarks\.(\w+)`\n", PAGE.read_text(encoding="utf-8"), flags=re.M)
-    return {name: text.strip() for name, text in zip(sections[::2], sections[1::2], strict=True) if name in names()}
+    _, *sections = re.split(r"^## `python -m benchmarks\.([^`]+)`\n", PAGE.read_text(encoding="utf-8"), flags=re.M)
+    found = zip(sections[::2], sections[1::2], strict=True)
+    return {called: text.strip() for called, text in found if called.split()[0] in names()}
 
 
 def main() -> int:
@@ -100,7 +102,7 @@ def main() -> int:
         print(f"\n== {name}", flush=True)
         stamped = stamp()
         status, printed = run(name, passed_on)
-        sections[name] = section(name, stamped, printed)
+        sections[" ".join((name, *passed_on))] = section(name, stamped, printed)
         failed += [name] if status else []
         if options.write:  # after each benchmark, so that an interrupted run keeps its finished sections
             PAGE.write_text(page(sections), encoding="utf-8")

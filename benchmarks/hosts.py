@@ -1,7 +1,7 @@
 """Several hosts, each with a router and its robots, against one router for all: ``python -m benchmarks.hosts``.
 
 A host is a network namespace of this machine, so all share its cores; what crosses between them is counted on their
-links, with all headers. The floor has one hall a host, with eight robots that stay in it, farther from each other than
+links, with all headers. The floor has one hall a host, with four robots that stay in it, farther from each other than
 the radio reaches. The world is on the first host. With ``mixed``, neighbours are on different hosts. A delay is that of
 a proxy on the link, each way.
 """
@@ -24,7 +24,7 @@ from swarm.bus import Endpoint
 
 HALL: Final = 14.0  # m, each side of a hall
 APART: Final = 22.0  # m between two halls: more than a zone of the radio and those around it
-ROBOTS: Final = 8  # of each hall
+ROBOTS: Final = 4  # of each hall
 STOPS: Final = 6  # of each robot
 PORT, LATE_PORT, FLEET = 7447, 7448, "hosts"
 PATIENCE: Final = 600.0  # s of the wall clock for a run
@@ -135,8 +135,8 @@ def routers(hosts: Hosts, layout: Layout) -> list[str]:
 LAYOUTS: Final = (
     *(Layout(2, routers, mixed, pace=pace) for pace in ("max", "realtime")
       for mixed in (False, True) for routers in ("one", "each its own")),
-    *(Layout(4, routers, pace="realtime", robots=4) for routers in ("one", "each its own")),
-    *(Layout(2, routers, delay="20", pace="realtime", robots=4) for routers in ("one", "each its own")),
+    *(Layout(4, routers, pace="realtime") for routers in ("one", "each its own")),
+    *(Layout(2, routers, delay="20", pace="realtime") for routers in ("one", "each its own")),
 )  # fmt: skip
 HEAD: Final = (
     "layout", "x real time", "late [%]", "between hosts [kB/s]", "of a robot elsewhere [kB/s]", "packets/s", "contacts",

@@ -98,12 +98,11 @@ def on_time(row: Row, seconds: float, python: str) -> tuple[str, ...]:
     )  # fmt: skip
 
 
-def carried(row: Row, seconds: float, python: str) -> tuple[wire.Measured, dict[str, float]]:
-    """Measure what the robots of a fleet send, and the CPU time of a robot-tick [s] by kind of process."""
+def carried(row: Row, seconds: float, python: str) -> tuple[wire.Measured, dict[str, float], float]:
+    """Measure what the robots of a fleet send, the CPU time of a robot-tick [s] by kind, and a robot's memory [MB]."""
     told = in_one_process(row.where, row.robots, seconds, python)
-    return wire.Measured(*(told[field] for field in wire.Measured._fields)), robot_tick(
-        row, lockstep(row, seconds, python)
-    )
+    ran = lockstep(row, seconds, python)
+    return wire.Measured(*(told[field] for field in wire.Measured._fields)), robot_tick(row, ran), ran.memory
 
 
 HEAD: Final = (

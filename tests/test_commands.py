@@ -50,7 +50,7 @@ PARSED: Final = {  # command: why it is not run
                    "the file is one of MovingAI's, which are not here",
     **{f"swarm bench scale{more}": "runs fleets for minutes; tests/cli runs the command, tests/test_scale_benchmark.py the tables"
        for more in ("", " -- --realtime", " -- --lockstep --only paper", " -- --wire")},
-    "swarm router": "would take the port 7447 of this machine; tests/test_compose.py runs these processes",
+    "swarm router": "would take the port 7447 of this machine; tests/deploy/test_compose.py runs these processes",
     "swarm router --listen tcp/0.0.0.0:7447 --insecure": "the same",
     "swarm router --listen tcp/127.0.0.1:7447": "the same",
     "swarm world paper --robots 4 --seed 1 --pace max --fleet mine --report run.json":
@@ -69,8 +69,11 @@ PARSED: Final = {  # command: why it is not run
     "python -m dashboard --connect tcp/ROUTER:7447 --fleet NAME --web": "the same",
     "python -m dashboard --connect tcp/HOST:PORT --fleet NAME --web --record FILE.rrd":
                    "the same; tests/dashboard/test_process.py runs the dashboard",
-    "ROBOTS=4 docker compose up --build --scale robot=4 --exit-code-from world":
-                   "needs a container engine; tests/test_compose.py runs what is in the containers",
+    "ROBOTS=4 docker compose up --build --exit-code-from world":
+                   "needs a container engine; tests/deploy runs it where there is one",
+    "kubectl apply --kustomize deploy/kubernetes": "needs a cluster; tests/deploy/test_kubernetes.py judges the manifests",
+    "swarm router --listen tcp/0.0.0.0:7447 --insecure --join tcp/HOST-A:7447":
+                   "stands for another host; tests/deploy/test_routers.py runs it with two and three",
     "swarm replay run.swarm --rrd run.rrd": "reads the tape of another command; tests/dashboard/test_taped.py runs it",
     "swarm replay run.swarm --mcap run.mcap": "the same; tests/dashboard/test_mcap.py runs it",
     **{f"swarm replay run.swarm{more}": "the same; tests/world/replay/test_processes.py runs it" for more in ("", " --laws")},
@@ -228,6 +231,8 @@ def test_a_command_that_is_not_run_is_right_as_far_as_it_can_be_told(
         monkeypatch.setattr(sys, "argv", words[2:])
         with pytest.raises(Parsed):
             importlib.import_module(f"{words[2]}.__main__").main()
+    elif words[0] == "kubectl":
+        assert (ROOT / words[-1] / "kustomization.yaml").is_file()
     else:
         compose = (ROOT / "compose.yaml").read_text(encoding="utf-8")
         services = re.findall(r"(?:--scale|--exit-code-from|--rm) ([\w-]+)", command)

@@ -3,6 +3,7 @@
 import signal
 import subprocess
 import sys
+from math import ceil
 from pathlib import Path
 
 import psutil
@@ -60,9 +61,13 @@ def test_messages_grow_with_the_fleet_and_a_small_one_has_few_neighbours(
     robots: int, said: float, delivered: float, into: float, out_of: float
 ) -> None:
     assert wire.load(robots, MEASURED) == pytest.approx((said, delivered, 2 * 20 * robots, into, out_of))
-    cells = wire.line(robots, lambda: (MEASURED, {"robots": 0.001, "world": 0.0001, "router": 0.0002, "launcher": 1.0}))
+    cells = wire.line(
+        robots, lambda: (MEASURED, {"robots": 0.001, "world": 0.0001, "router": 0.0002, "launcher": 1.0}, 20.0)
+    )
     assert len(cells) == len(wire.HEAD) - 1
-    assert cells[-3:] == tuple(f"{robots * cores:,.1f}" for cores in (0.02, 0.002, 0.004))
+    assert cells[-6:-3] == tuple(f"{robots * cores:,.1f}" for cores in (0.02, 0.002, 0.004))
+    needed = robots * 20 / 1000, ceil(robots * 0.002 / 0.5), ceil(robots * 0.026 / 4)  # GB; worlds; hosts of 8 cores
+    assert cells[-3:] == (f"{needed[0]:,.1f}", f"{needed[1]:,}", f"{needed[2]:,}")
 
 
 @pytest.mark.parametrize(("rate", "every"), [(10.0, 2), (5.0, 1), (1.0, 1)])

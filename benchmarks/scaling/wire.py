@@ -6,11 +6,14 @@ and the headers of Zenoh and TCP come on top.
 """
 
 from collections.abc import Callable
+from math import ceil
 from typing import Final, NamedTuple
 
 from swarm.messages import SENSE
 
-FLEETS: Final = (10, 1_000, 100_000)  # robots
+FLEETS: Final = (10, 100, 1_000, 10_000)  # robots
+CORES: Final = 8  # of a host
+FILLED: Final = 0.5  # of a core that a fleet may take on average: a tick in a thousand takes twice as long
 KINDS: Final = ("robots", "world", "router")  # of processes
 
 
@@ -48,10 +51,14 @@ def load(robots: int, measured: Measured, rate: float = SENSE.rate) -> Load:
     )
 
 
-def line(robots: int, measure: Callable[[], tuple[Measured, dict[str, float]]]) -> tuple[str, ...]:
-    """Return a row of the table; ``measure`` returns the messages, and the CPU time of a robot-tick [s] by kind."""
-    measured, cost = measure()
+def line(robots: int, measure: Callable[[], tuple[Measured, dict[str, float], float]]) -> tuple[str, ...]:
+    """Return a row of the table.
+
+    ``measure`` returns the messages, the CPU time of a robot-tick [s] by kind, and the own memory of a robot [MB].
+    """
+    measured, cost, memory = measure()
     of = load(robots, measured)
+    cores = {kind: robots * SENSE.rate * cost[kind] for kind in KINDS}
     return (
         f"{of.said:,.0f}",
         f"{of.delivered:,.0f}",
@@ -59,12 +66,16 @@ def line(robots: int, measure: Callable[[], tuple[Measured, dict[str, float]]]) 
         f"{of.into * 8e-6:,.1f}",
         f"{of.out_of * 8e-6:,.1f}",
         f"{(of.into + of.out_of) * 8e-3 / robots:,.0f}",
-        *(f"{robots * SENSE.rate * cost[kind]:,.1f}" for kind in KINDS),
+        *(f"{cores[kind]:,.1f}" for kind in KINDS),
+        f"{robots * memory / 1000:,.1f}",
+        f"{ceil(cores['world'] / FILLED):,}",
+        f"{ceil(sum(cores.values()) / (CORES * FILLED)):,}",
     )
 
 
 HEAD: Final = (
     "a fleet as dense as", "broadcasts sent [1/s]", "delivered [1/s]", "senses and commands [1/s]",
     "into the routers [Mbit/s]", "out of them [Mbit/s]", "a robot, both ways [kbit/s]",
-    "cores for robots", "for the world", "for routers",
+    "cores for robots", "for the world", "for routers", "robots' own memory [GB]",
+    f"worlds, {FILLED:.0%} of a core each", f"hosts of {CORES} cores, {FILLED:.0%} of each",
 )  # fmt: skip

@@ -12,6 +12,7 @@ import yaml
 from benchmarks.hosts import FLEET, PORT, Layout, run, scenario
 from benchmarks.namespaces import Hosts, end, lacking
 from swarm.cli import main
+from tests.deploy.reading import await_line
 from tests.launch.actors import SMALL
 
 REASON: Final = lacking()
@@ -80,17 +81,6 @@ class Fleet:
             "--report", str(self.report), "--record", str(self.report.with_suffix(".swarm")),
             "--connect", self.place(0), *self._keys, stdout=subprocess.PIPE,
         )  # fmt: skip
-
-
-def await_line(process: "subprocess.Popen[str]", *words: str) -> str:
-    """Read what a process prints until a line has all words, and return that."""
-    assert process.stdout is not None
-    said = []
-    for line in process.stdout:
-        said.append(line)
-        if all(word in line for word in words):
-            return line
-    raise AssertionError(f"{words}: {''.join(said)}")
 
 
 def test_a_router_that_is_killed_takes_only_its_own_robots_and_they_come_back(tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 import os
 import signal
 from collections.abc import Callable, Iterable
+from functools import partial
 from math import dist
 from pathlib import Path
 from shutil import rmtree
@@ -11,6 +12,7 @@ from typing import Final
 from swarm.installed import without
 from swarm.launch.drill.floor import AT_DOOR, DOOR
 from swarm.launch.drill.live import LiveFleet
+from swarm.messages import Truth
 
 Fault = Callable[[LiveFleet], None]
 FROZEN: Final = 5.0  # s
@@ -29,6 +31,27 @@ def kill(*names: str) -> Fault:
             os.kill(live.member(name), signal.SIGKILL)
 
     return inject
+
+
+def replace_in_turn(*names: str) -> Fault:
+    """Return the fault that ends processes one after the other, each once the fleet drives on after the one before."""
+
+    def another(live: LiveFleet, name: str, before: int) -> bool:
+        return live.find(name) not in {None, before}
+
+    def inject(live: LiveFleet) -> None:
+        for name in names:
+            tick, pid = live.until(lambda truth: True, "the world").tick, live.member(name)
+            os.kill(pid, signal.SIGKILL)
+            live.await_that(partial(another, live, name, pid), f"another process of {name}")
+            live.until(partial(later, tick), f"ticks with another process of {name}")
+
+    return inject
+
+
+def later(tick: int, truth: Truth) -> bool:
+    """Return True if a truth is of a later tick."""
+    return truth.tick > tick
 
 
 def kill_until(name: str, said: str) -> Fault:

@@ -20,6 +20,7 @@ from swarm.launch.drill.faults import (
     lacks_rerun,
     nothing,
     remove_folder,
+    replace_in_turn,
     shift_clock,
     spoil_snapshot,
 )
@@ -107,6 +108,8 @@ TABLE: Final = (
         paces=LOCK, laws=SAME),
     Row("all-killed",       "kill -9 of everybody but the launcher",
         kill("r1", "r2", "r3", "r4", "world", "router"), paces=LOCK),
+    Row("all-replaced",     "router, world and robots replaced, one after the other",
+        replace_in_turn("router", "world", *ALL), paces=BOTH),
     Row("dashboard-killed", "kill -9 of the dashboard",                         kill("dashboard"),
         laws=(*WHOLE, said), options=RECORD, lacks=lacks_rerun, expected=RECORDED_TWICE),
     Row("server-killed",    "kill -9 of the fork server",                       kill("fork server"),
