@@ -21,6 +21,7 @@ import yaml
 from benchmarks.measure import load, machine, printed
 from benchmarks.namespaces import Hosts, lacking
 from swarm.bus import Endpoint
+from swarm.scenario.starts import names
 
 HALL: Final = 14.0  # m, each side of a hall
 APART: Final = 22.0  # m between two halls: more than a zone of the radio and those around it
@@ -100,9 +101,9 @@ def run(layout: Layout, floor: dict[str, Any] | None = None) -> Measured:
             0, "-m", "swarm.cli", "world", str(file), "--robots", str(robots), "--pace", layout.pace, *limit,
             "--report", str(report), "--record", str(report.with_suffix(".swarm")), *words,
         )  # fmt: skip
-        for number in range(robots):
+        for number, name in enumerate(names(robots)):
             host = number % layout.hosts if layout.mixed else number // layout.robots
-            words = ["--id", f"r{number + 1}", "--connect", places[host], "--fleet", FLEET, "--once"]
+            words = ["--id", name, "--connect", places[host], "--fleet", FLEET, "--once"]
             hosts.start(host, "-m", "swarm.cli", "robot", *words)
         world.wait(PATIENCE)
         crossed = [hosts.traffic(host) for host in range(1, layout.hosts)]

@@ -136,10 +136,10 @@ def build(root: Path, out: Path, *, images: bool) -> None:
     if images and engine is None:
         print("no images: neither docker nor buildah answers here")
     if engine is not None:
+        _done(["make", "images"], root)
         for role in ("robot", "world", "dashboard"):
-            image = f"zenoh-swarm-{role}:{version}"
-            _done([engine, "build", "--target", role, "--tag", image, "."], root)
-            print(f"image {image}")
+            _done([engine, "tag", f"zenoh-swarm-{role}", f"zenoh-swarm-{role}:{version}"], root)
+            print(f"image zenoh-swarm-{role}:{version}")
     files = sorted(path for path in out.iterdir())
     sums = [f"{hashlib.sha256(path.read_bytes()).hexdigest()}  {path.name}\n" for path in files]
     (out / SUMS).write_text("".join(sums), encoding="ascii")

@@ -78,6 +78,18 @@ def test_who_is_told_to_stop_leaves_no_token(
     assert "Traceback" not in world.text
 
 
+def test_who_is_told_to_stop_makes_room_for_another_process(
+    world: Command, endpoint: Endpoint, tmp_runtime: Path
+) -> None:
+    """As in a cluster, where a new pod takes the place of an old one, and neither has a name."""
+    wire = ("--connect", str(endpoint), "--fleet", "hosts")
+    for _ in range(2):
+        with Command("robot", *wire, runtime=tmp_runtime) as robot:
+            robot.await_line("joined as r1")
+            robot.process.send_signal(signal.SIGTERM)
+            assert robot.end() == 0
+
+
 def test_a_world_of_another_wire_is_a_sentence(endpoint: Endpoint, tmp_runtime: Path) -> None:
     with connect(endpoint) as session:
         token = session.liveliness().declare_token("swarm/v9/hosts/alive/world/world/abc")
