@@ -76,8 +76,8 @@ def main() -> int:
     """Print the tables; return 1 if an image is too large or a robot starts too late."""
     argparse.ArgumentParser(description=__doc__).parse_args()
     if (why := lacking()) is not None:
-        print(why)
-        return 0
+        print(why, file=sys.stderr)
+        return 1
     print(f"{machine()}\n")
     wrong: list[str] = []
     with TemporaryDirectory() as folder, Engine(Path(folder)) as engine:

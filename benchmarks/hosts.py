@@ -150,8 +150,8 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.parse_args()
     if (why := lacking()) is not None:
-        print(why)
-        return 0
+        print(why, file=sys.stderr)
+        return 1
     print(f"{machine()}\n")
     digests: dict[int, set[str]] = {}
     wrong: list[str] = []

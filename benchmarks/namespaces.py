@@ -51,6 +51,17 @@ class Hosts:
         self.processes: list[subprocess.Popen[str]] = []
 
     def __enter__(self) -> "Hosts":
+        try:
+            self._make()
+        except BaseException:
+            self._end()
+            raise
+        return self
+
+    def __exit__(self, *fault: object) -> None:
+        self._end()
+
+    def _make(self) -> None:
         _ip("netns", "add", self._switch)
         _ip("-n", self._switch, "link", "add", "switch", "type", "bridge")
         _ip("-n", self._switch, "link", "set", "switch", "up")
@@ -62,14 +73,14 @@ class Hosts:
             _ip("-n", name, "address", "add", f"{self.address(number)}/24", "dev", "eth0")
             for device in ("eth0", "lo"):
                 _ip("-n", name, "link", "set", device, "up")
-        return self
 
-    def __exit__(self, *fault: object) -> None:
+    def _end(self) -> None:
         for process in self.processes:
             if process.poll() is None:
                 process.kill()
             process.wait()
-        for name in (*self.names, self._switch):
+        made = {line.split()[0] for line in _ip("netns", "list").splitlines()}
+        for name in made.intersection((*self.names, self._switch)):
             _ip("netns", "del", name)
 
     def address(self, host: int) -> str:

@@ -78,6 +78,10 @@ def test_the_images_lint_says_nothing() -> None:
     lint = Path(sys.executable).with_name("hadolint")
     done = subprocess.run([lint, ROOT / "Dockerfile"], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout) == (0, "")
+    planted = (ROOT / "Dockerfile").read_text(encoding="utf-8").replace("WORKDIR /\n", "RUN cd /tmp\n")
+    done = subprocess.run([lint, "-"], input=planted, capture_output=True, text=True, check=False)
+    assert done.returncode == 1
+    assert "DL3003" in done.stdout
 
 
 @pytest.mark.parametrize("more", [(), ("-f", "compose.yaml", "-f", "deploy/zenohd.yaml")])

@@ -15,7 +15,6 @@ from swarm.cli import main
 from tests.deploy.reading import await_line
 from tests.launch.actors import SMALL
 
-REASON: Final = lacking()
 ROUTER: Final = ("-m", "swarm.cli", "router", "--insecure", "--listen")
 PATIENCE: Final = 200.0  # s for a run
 
@@ -23,8 +22,13 @@ pytestmark = [
     pytest.mark.processes,
     pytest.mark.long("missions over several hosts"),
     pytest.mark.timeout(400),
-    pytest.mark.skipif(REASON is not None, reason=str(REASON)),
 ]
+
+
+@pytest.fixture(autouse=True)
+def hosts_can_be_made() -> None:
+    if (why := lacking()) is not None:
+        pytest.skip(why)
 
 
 def assert_passed(report: dict[str, Any]) -> None:

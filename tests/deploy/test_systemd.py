@@ -44,6 +44,7 @@ def test_the_command_line_knows_the_words(unit: Path, monkeypatch: pytest.Monkey
     (line,) = re.findall(r"^ExecStart=/opt/swarm/bin/swarm (.*)$", unit.read_text(encoding="utf-8"), re.MULTILINE)
     for name, value in SET.items():
         line = line.replace(f"${{{name}}}", value)
+    line = line.replace("$WORLD_OPTIONS", "--body r1 --robots 4")
     assert "$" not in line
     with pytest.raises(Parsed):
         main(line.replace("%i", "r1").split())
