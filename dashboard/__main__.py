@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 from secrets import token_urlsafe
 
-from dashboard.mode import BOX, TOKEN, box_address, choose
+from dashboard.mode import BOX, LOOPBACK, TOKEN, box_address, choose
 from dashboard.viewers import end_with
 from swarm.errors import SwarmError
 from swarm.installed import without
@@ -24,7 +24,8 @@ def main(arguments: list[str] | None = None) -> int:
     shown.add_argument("--box", dest="asked", action="store_const", const=BOX, help="serve the box, without Rerun")
     shown.add_argument("--off-screen", dest="asked", action="store_const", const="off", help="only record")
     parser.add_argument("--record", type=Path, metavar="FILE.rrd")
-    parser.add_argument("--bind", default="127.0.0.1", metavar="HOST", help="0.0.0.0: viewers on other machines too")
+    text = "0.0.0.0: viewers on other machines too; of the box, only those that a published port leads to"
+    parser.add_argument("--bind", default=LOOPBACK, metavar="HOST", help=text)
     parser.add_argument("--port", type=int, default=0, help="port of the data; 0 picks a free one")
     parser.add_argument("--web-port", type=int, default=0, help="port of the page; 0 picks a free one")
     parser.add_argument("--rules", metavar="ROBOT", help="robot whose fired rules are shown; by default the first")
@@ -33,6 +34,9 @@ def main(arguments: list[str] | None = None) -> int:
     if given.ends_with is not None and not end_with(given.ends_with):
         return 0
     if given.asked == BOX:
+        for option, value in (("--record", given.record), ("--rules", given.rules), ("--port", given.port)):
+            if value:
+                parser.error(f"{option}: expected it without --box, which needs no Rerun")
         return boxed(given)
     if lacking := without("rerun"):
         print(lacking, file=sys.stderr)
@@ -68,6 +72,9 @@ def boxed(given: argparse.Namespace) -> int:
         endpoint = Endpoint.parse(given.connect, given.secure, OPERATOR)
         port = given.web_port or Endpoint(given.bind, 0).claim().port
         token = token_urlsafe(TOKEN)
+        if given.bind != LOOPBACK:
+            warning = "whoever reaches it and has the token can steer; the token is not encrypted on its way"
+            print(f"box: bound to {given.bind}: {warning}", file=sys.stderr, flush=True)
         print(f"box: {box_address(port, token)}", flush=True)
         return run(endpoint, given.fleet, port, token, bind=given.bind)
     except SwarmError as fault:

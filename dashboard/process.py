@@ -15,6 +15,7 @@ from dashboard.show import Show
 from dashboard.viewers import open_window, rerun_program, served_page
 from swarm.bus import Bus, Endpoint
 from swarm.errors import ConfigError
+from swarm.heartbeat import Heartbeat
 from swarm.messages import STATUS, Phase
 from swarm.stopping import told_to_stop
 
@@ -55,7 +56,7 @@ def run(
     windows: list[subprocess.Popen[bytes]] = []
     recorder = Recordings(serve=(bind, data) if data else None, record=record)
     with told_to_stop() as stop, ExitStack() as closing:
-        bus = closing.enter_context(Bus(endpoint, fleet))
+        bus = closing.enter_context(Bus(endpoint, fleet, heart=Heartbeat()))
         closing.callback(lambda: recorder.close(HURRY if stop.is_set() else SMALLER))
 
         def opened(url: str) -> None:

@@ -33,7 +33,11 @@ def fingerprint(left_out: tuple[str, ...] = LEFT_OUT, libraries: tuple[str, ...]
                 name = f"{room}/{file.relative_to(folder).as_posix()}"
                 if file.suffix in ENDINGS and not name.startswith(left_out):
                     found.update(name.encode() + b"\0" + hashlib.blake2b(file.read_bytes()).digest())
-    for library in libraries:
+    for library in filter(_is_installed, libraries):  # a robot's image has no others
         found.update(f"{library} {version(library)}\n".encode())
     found.update(f"{sys.implementation.cache_tag}".encode())
     return found.hexdigest()
+
+
+def _is_installed(library: str) -> bool:
+    return find_spec(library) is not None

@@ -1,7 +1,10 @@
-"""A file that a process touches as long as its main loop turns: engines of containers look at its age."""
+"""A file that a process touches as long as its main loop turns: engines of containers look at its age.
+
+Only the process of a container beats, not those that it starts, nor commands that somebody runs beside it.
+"""
 
 import os
-from collections.abc import Mapping
+from collections.abc import MutableMapping
 from pathlib import Path
 from time import monotonic
 from typing import Final
@@ -13,10 +16,10 @@ EVERY: Final = 1.0  # s between two touches
 
 
 class Heartbeat:
-    """Touches the file that ``SWARM_ALIVE`` names, if it names one."""
+    """Touches the file that ``SWARM_ALIVE`` names, if it names one; processes that are started later do not get it."""
 
-    def __init__(self, environment: Mapping[str, str] = os.environ) -> None:
-        named = environment.get(NAMED_BY)
+    def __init__(self, environment: MutableMapping[str, str] = os.environ) -> None:
+        named = environment.pop(NAMED_BY, None)
         self._file = Path(named) if named else None
         self._due = float("-inf")
 

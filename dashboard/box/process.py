@@ -21,6 +21,7 @@ from dashboard.listening import Listener
 from dashboard.mode import LOOPBACK, box_address
 from swarm.bus import Bus, Endpoint, Link
 from swarm.errors import SwarmError
+from swarm.heartbeat import Heartbeat
 from swarm.messages import CLOCK, EVENTS, MAP, PLAN, SETUP, TRUTH, Clock, Event, Events, Map, Plan, Truth
 from swarm.scenario.shipped import shipped
 from swarm.stopping import told_to_stop
@@ -60,7 +61,7 @@ def run(
     """
     with (
         told_to_stop() as stop,
-        Bus(endpoint, fleet) as bus,
+        Bus(endpoint, fleet, heart=Heartbeat()) as bus,
         closing(RerunPage(endpoint, fleet)) as viewer,
         closing(Past(tape)) as past,
         Server(port, token, Asking(bus, viewer.address, past), bind) as server,

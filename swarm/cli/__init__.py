@@ -28,9 +28,9 @@ def _run(arguments: Sequence[str] | None) -> int:
     from swarm import installed
     from swarm.errors import SwarmError
 
-    words = sys.argv[1:] if arguments is None else arguments
+    words = [*(sys.argv[1:] if arguments is None else arguments)]
     try:
-        installed.check(installed.ROBOT if list(words[:1]) == ["robot"] else installed.LIBRARIES)
+        installed.check(installed.ROBOT if words[:1] in (["robot"], ["--version"]) else installed.LIBRARIES)
     except SwarmError as fault:
         print(f"swarm: {fault}", file=sys.stderr)
         return 2

@@ -94,10 +94,11 @@ RIGHTS: Final = {
 }
 
 
-def access_list(robots: Sequence[str]) -> dict[str, Any]:
+def access_list(robots: Sequence[str], *, several: bool = False) -> dict[str, Any]:
     """Return Zenoh's setting ``access_control`` for a fleet of these robots.
 
-    A robot has rules of its own, since a rule cannot name the certificate's holder in a key.
+    A robot has rules of its own, since a rule cannot name the certificate's holder in a key. With ``several`` routers
+    each takes what another one has let in.
     """
     rules: list[dict[str, Any]] = []
     policies: list[dict[str, Any]] = []
@@ -107,15 +108,18 @@ def access_list(robots: Sequence[str]) -> dict[str, Any]:
         own = [rule for rule in _rules(member, rights, robot) if rule["key_exprs"]]
         rules += own
         policies.append({"subjects": [member], "rules": [rule["id"] for rule in own]})
-    # what the router sends out was let in by the rules above, of this router or of another one
-    rules += [_rule(flow, EVERYTHING, [f"{FLEET}**"], flow) for flow in ("ingress", "egress")]
-    policies.append({"subjects": [*members, ROUTER], "rules": ["egress"]})
-    policies.append({"subjects": [ROUTER], "rules": ["ingress"]})
+    # what the router sends out was let in by the rules above
+    rules.append(_rule("out", EVERYTHING, [f"{FLEET}**"], "egress"))
+    policies.append({"subjects": [*members, *([ROUTER] * several)], "rules": ["out"]})
+    if several:
+        rules.append(_rule("handed on", EVERYTHING, [f"{FLEET}**"]))
+        policies.append({"subjects": [ROUTER], "rules": ["handed on"]})
+    named = (*members, *([ROUTER] * several))
     return {
         "enabled": True,
         "default_permission": "deny",
         "rules": rules,
-        "subjects": [{"id": member, "cert_common_names": [member]} for member in (*members, ROUTER)],
+        "subjects": [{"id": member, "cert_common_names": [member]} for member in named],
         "policies": policies,
     }
 

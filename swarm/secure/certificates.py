@@ -57,9 +57,10 @@ class Authority:
         """Issue a certificate with which a process connects; it cannot be a router's."""
         return self._issue(name, [ExtendedKeyUsageOID.CLIENT_AUTH], (), span)
 
-    def router(self, name: str, hosts: Sequence[str]) -> Files:
-        """Issue a certificate for a router that is reached by these names and addresses; it may connect to others."""
-        return self._issue(name, [ExtendedKeyUsageOID.SERVER_AUTH, ExtendedKeyUsageOID.CLIENT_AUTH], hosts, None)
+    def router(self, name: str, hosts: Sequence[str], *, joins: bool = False) -> Files:
+        """Issue a certificate for a router that is reached by these names and addresses, and that ``joins`` others."""
+        client = [ExtendedKeyUsageOID.CLIENT_AUTH] if joins else []
+        return self._issue(name, [ExtendedKeyUsageOID.SERVER_AUTH, *client], hosts, None)
 
     def _issue(
         self, name: str, uses: list[x509.ObjectIdentifier], hosts: Sequence[str], span: tuple[datetime, datetime] | None

@@ -7,7 +7,7 @@ from stat import S_IMODE
 from typing import Final
 
 from swarm.errors import ConfigError
-from swarm.secure.names import ACCESS, AUTHORITY, CERTIFICATE, KEY
+from swarm.secure.names import ACCESS, AUTHORITY, CERTIFICATE, KEY, ROUTER
 
 OTHERS: Final = 0o077  # permissions of everybody but the owner
 
@@ -44,6 +44,15 @@ class Identity:
             ConfigError: the file is missing, or others may read or write it.
         """
         return self._read(ACCESS).decode(errors="replace")
+
+    @property
+    def joins(self) -> bool:
+        """True if these are the keys of a router that may join others.
+
+        Raises:
+            ConfigError: as ``access_list``.
+        """
+        return f'"{ROUTER}"' in self.access_list()
 
     def _read(self, file: str) -> bytes:
         path = self.folder / file

@@ -17,8 +17,10 @@ from swarm.secure.names import ACCESS, AUTHORITY, CERTIFICATE, KEY, ROLES, ROUTE
 PRIVATE: Final = 0o600
 
 
-def make(folder: Path, robots: Sequence[str], hosts: Sequence[str], days: float) -> None:
+def make(folder: Path, robots: Sequence[str], hosts: Sequence[str], days: float, *, several: bool = False) -> None:
     """Write a new authority's certificates for all roles and robots, and the router's access list.
+
+    With ``several`` routers they may join each other.
 
     The authority's own key is not kept: whoever finds the folder can use the certificates in it, but make no other.
 
@@ -38,7 +40,7 @@ def make(folder: Path, robots: Sequence[str], hosts: Sequence[str], days: float)
     except OSError as fault:
         raise _not_written(folder, fault) from None
     try:
-        fill(made, authority, robots, hosts)
+        fill(made, authority, robots, hosts, several=several)
         made.rename(folder)
     except OSError as fault:
         raise _not_written(folder, fault) from None
@@ -46,12 +48,14 @@ def make(folder: Path, robots: Sequence[str], hosts: Sequence[str], days: float)
         rmtree(made, ignore_errors=True)
 
 
-def fill(folder: Path, authority: Authority, robots: Sequence[str], hosts: Sequence[str]) -> None:
+def fill(
+    folder: Path, authority: Authority, robots: Sequence[str], hosts: Sequence[str], *, several: bool = False
+) -> None:
     """Write the files of all members, each member's into a folder of its own."""
     for name in (*ROLES, *robots):
-        files = authority.router(name, [*HERE, *hosts]) if name == ROUTER else authority.client(name)
+        files = authority.router(name, [*HERE, *hosts], joins=several) if name == ROUTER else authority.client(name)
         write_member(folder / name, authority.certificate, files)
-    _write(folder / ROUTER / ACCESS, json.dumps(access_list(robots), indent=1).encode() + b"\n")
+    _write(folder / ROUTER / ACCESS, json.dumps(access_list(robots, several=several), indent=1).encode() + b"\n")
 
 
 def _not_written(folder: Path, fault: OSError) -> ConfigError:

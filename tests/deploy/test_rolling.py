@@ -14,6 +14,7 @@ from swarm.bus import Endpoint
 from tests.deploy.reading import await_line
 from tests.launch.actors import SMALL
 from tests.shared import ROOT
+from world.host.process import LEFT
 
 ROBOTS: Final = ("r1", "r2", "r3")
 PATIENCE: Final = 120.0  # s for a process to end

@@ -109,7 +109,7 @@ def test_routers_of_a_fleet_with_keys_join_each_other(tmp_path: Path) -> None:
     with Hosts(2) as hosts:
         known = [word for host in (0, 1) for word in ("--host", hosts.address(host))]
         keys = tmp_path / "keys"
-        assert main(["keys", str(keys), "--robots", "4", *known]) == 0
+        assert main(["keys", str(keys), "--robots", "4", "--several-routers", *known]) == 0
         fleet = Fleet(hosts, tmp_path, ("--secure", str(keys)), "tls")
         first, second = fleet.router(0), fleet.router(1)
         world, robots = fleet.world("max"), fleet.robots()

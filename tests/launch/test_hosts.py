@@ -13,6 +13,7 @@ from swarm.cli import main
 from swarm.messages import Phase
 from tests.conftest import MakeBus
 from tests.launch.actors import Command, await_clock, await_phase, await_presence
+from world.host.process import LEFT
 
 pytestmark = pytest.mark.processes
 
@@ -110,7 +111,7 @@ def test_a_world_with_a_snapshot_that_is_told_to_stop_leaves_its_run_to_the_next
         with Command(*words, *wire, runtime=tmp_runtime) as world:
             world.await_line("r1 is at target 1")
             world.process.send_signal(signal.SIGTERM)
-            assert world.end() == 0
+            assert world.end() == LEFT
             assert f"in {file}; the same command goes on with it" in world.text
             assert not report.exists(), "the run is not over"
         with Command(*words, *wire, runtime=tmp_runtime) as world:

@@ -51,7 +51,7 @@ def test_an_empty_folder_is_filled_and_a_full_one_is_left_alone(
 
 
 def test_what_fails_halfway_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def full(robots: object) -> dict[str, object]:
+    def full(robots: object, *, several: bool) -> dict[str, object]:
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(keys, "access_list", full)
@@ -97,9 +97,29 @@ def test_what_is_wrong_is_said(
 def test_a_router_that_is_open_to_others_warns(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(router, "serve", lambda place: 0)
+    monkeypatch.setattr(router, "serve", lambda place, others: 0)
     port = Endpoint("127.0.0.1", 0).claim().port
     assert main(["router", "--listen", f"tcp/0.0.0.0:{port}", "--insecure"]) == 0
     assert "anybody who reaches it can steer the robots" in capsys.readouterr().err
     assert main(["router", "--listen", f"tcp/127.0.0.1:{port}"]) == 0
     assert capsys.readouterr().err == ""
+    joins = ("router", "--listen", f"tcp/127.0.0.1:{port}", "--join", "tcp/10.1.2.3:7447")
+    assert main([*joins]) == 2
+    assert (
+        "--join: expected an address of this machine only, such as 127.0.0.1, got 10.1.2.3" in capsys.readouterr().err
+    )
+    assert main([*joins, "--insecure"]) == 0
+    assert "tcp/10.1.2.3:7447 is open: anybody who reaches it can steer the robots" in capsys.readouterr().err
+
+
+def test_routers_join_each_other_only_with_keys_for_several(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(router, "serve", lambda place, others: len(others))
+    for name, more, status in (("one", (), 2), ("several", ("--several-routers",), 1)):
+        keys = str(tmp_path / name)
+        assert main(["keys", keys, "--robots", "1", *more]) == 0
+        port = Endpoint("127.0.0.1", 0).claim().port
+        words = ("--listen", f"tls/127.0.0.1:{port}", "--join", "tls/10.1.2.3:7447", "--secure", keys)
+        assert main(["router", *words]) == status
+    assert "--join: expected keys with which routers may join each other" in capsys.readouterr().err

@@ -8,6 +8,7 @@ from typing import Final
 
 from swarm.bus import Arrival, Bus, Endpoint, Link, Presence, Request
 from swarm.errors import ConfigError
+from swarm.heartbeat import Heartbeat
 from swarm.messages import BODY, CLOCK, COMMAND, PLAN, RADIO, SENSE, STATE, STATUS, TRUTH, Phase, Sense
 from swarm.scenario.load import Scenario
 from swarm.secure import Identity
@@ -23,6 +24,7 @@ from world.host.taping import foreign, keep, take
 from world.saving.snapshot_file import make_room, remove
 from world.views.report_file import write
 
+LEFT: Final = 3  # exit status of a world that has left its run to the next one
 LOOK: Final = 0.25  # s between two checks whether we are told to stop
 FIND: Final = 2.0  # s between two looks for robots that are away
 PEEK: Final = 0.02  # s between two looks while it is open whether a robot has gone
@@ -56,13 +58,13 @@ def run(
     number of the first run: above those of a world before in the same fleet, or listeners would take it for older. The
     file ``given_up`` will have the names of robots that nobody starts again. The tape of the run is appended to the
     file ``tape``. With ``hand_over``, a world that is told to stop leaves the run to the next one, which begins with
-    the snapshot; the status is 0. The snapshot of a run that has passed is removed then.
+    the snapshot; the status is ``LEFT``. The snapshot of a run that has passed is removed then.
 
     Raises:
         ConfigError: there is no router, the fleet has a world, the starts have no room for so many robots, the snapshot
             is of another run, or the report cannot be written.
     """
-    with told_to_stop() as stop, Bus(endpoint, fleet, log) as bus:
+    with told_to_stop() as stop, Bus(endpoint, fleet, log, Heartbeat()) as bus:
         run = Run(
             bus, scenario, robots, seed, pace, limit, wait, watchers, snapshot, log, outside, first_run, given_up, tape
         )
@@ -72,8 +74,8 @@ def run(
         host.serve(stop, hand_over=hand_over)
         run.tape.close()
         if run.phase is not Phase.OVER:
-            log(f"the run is left at {run.world.time:.2f} s, in {snapshot}; the same command goes on with it")
-            return 0
+            log(f"the run is left in {snapshot}; the same command goes on with it")
+            return LEFT
         summary = run.report()
         if report_to is not None:
             try:
@@ -132,15 +134,15 @@ class Host:
             if stands:
                 self._requests.idle()
             self._serve_requests()
-            if stop.is_set() and hand_over:
+            if stop.is_set() and hand_over and run.is_saved:
                 break
             if stop.is_set():
                 run.end("interrupted")
             elif stands:
                 run.stopwatch.halt()
                 self._receive(LOOK)
-                if not self._linked:
-                    self._end_without_keys()
+                if not self._linked and self._lacks_keys(leave=hand_over):
+                    break
                 if run.phase is Phase.WAITING and not run.held and run.membership.ready(run.awake.now()):
                     run.go_to(Phase.RUNNING)
             elif run.phase is Phase.RUNNING:
@@ -151,13 +153,18 @@ class Host:
         run.stopwatch.halt()
         run.tell_clock()
 
-    def _end_without_keys(self) -> None:
-        """End the run if the keys have expired: no router lets this process in again."""
+    def _lacks_keys(self, *, leave: bool) -> bool:
+        """End the run, or return True to ``leave`` it, if the keys have expired: no router lets this process in."""
         try:
             if self._identity is not None:
                 self._identity.check()
         except ConfigError as fault:
-            self._run.end(f"no router can be reached any more: {fault}")
+            text = f"no router can be reached any more: {fault}"
+            if leave and self._run.is_saved:
+                self._log(text)
+                return True
+            self._run.end(text)
+        return False
 
     def _serve_requests(self) -> None:
         self._requests.serve(lambda request: answer(request, self._run, self._bus), closed=self._is_closed)

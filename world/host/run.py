@@ -156,6 +156,11 @@ class Run:
             with self.changing():
                 self._saver.save(self.world, lambda: self._state(rows))
 
+    @property
+    def is_saved(self) -> bool:
+        """True if a world that comes after this one finds a state to go on with."""
+        return self._saver.on and not self._saver.failed
+
     def save_soon(self) -> None:
         """Save the state now, or in lockstep after the tick that is under way."""
         self._unsaved = True

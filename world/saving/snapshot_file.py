@@ -213,7 +213,7 @@ class Saver:
         self._scenario = fingerprint(scenario) if path is not None else ""
         self._seed = seed
         self._floor: tuple[int, PackedMap] | None = None  # number of edits, map
-        self._failed = False
+        self.failed = False
 
     @property
     def on(self) -> bool:
@@ -240,8 +240,8 @@ class Saver:
         try:
             write(snapshot, self._path)
         except OSError as fault:
-            if not self._failed:
-                self._failed = True
+            if not self.failed:
+                self.failed = True
                 self._log(f"snapshot {self._path}: cannot be written ({fault.strerror}); a killed world is lost")
         else:
-            self._failed = False
+            self.failed = False

@@ -12,6 +12,7 @@ from swarm.bus import Arrival, Bus, Endpoint, Link
 from swarm.bus.foreign import Foreign
 from swarm.bus.losses import Ledger
 from swarm.errors import ConfigError
+from swarm.heartbeat import Heartbeat
 from swarm.messages import BODY, CLOCK, COMMAND, MAP, SENSE, Clock, Command, Phase, Sense
 from swarm.settings import Settings
 from swarm.stopping import told_to_stop
@@ -34,7 +35,7 @@ def run(
     Raises:
         ConfigError: one of the routers does not answer, or the fleet has another scenario than at the beginning.
     """
-    with told_to_stop() as stop, Bus(endpoint, fleet, log) as bus, Foreign(router) as session:
+    with told_to_stop() as stop, Bus(endpoint, fleet, log, Heartbeat()) as bus, Foreign(router) as session:
         ledger = Ledger(log)
         robot = RosRobot(session, Types(distro), domain, setting, ledger)
         try:

@@ -21,6 +21,7 @@ from swarm.bridge.ros2.types import Types
 from swarm.bus import Bus, Endpoint
 from swarm.bus.losses import Ledger
 from swarm.errors import PeerError
+from swarm.heartbeat import Heartbeat
 from swarm.messages import ORDER, Truth
 from swarm.stopping import told_to_stop
 
@@ -52,7 +53,7 @@ def run(
     place = None if serve is None else serve.claim()
     with told_to_stop() as stop, ExitStack() as closing:
         bag = None if record is None else closing.enter_context(Bag(record, ros))
-        bus = closing.enter_context(Bus(endpoint, fleet, log))
+        bus = closing.enter_context(Bus(endpoint, fleet, log, Heartbeat()))
         live = (
             None if place is None else closing.enter_context(Live(place, fleet, ros, GOAL_LIMIT, read_only=read_only))
         )

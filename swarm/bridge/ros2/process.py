@@ -24,6 +24,7 @@ from swarm.bus.foreign import Foreign
 from swarm.bus.losses import Ledger
 from swarm.errors import PeerError
 from swarm.geometry import Pose
+from swarm.heartbeat import Heartbeat
 from swarm.messages import ORDER, Truth
 from swarm.stopping import told_to_stop
 
@@ -50,7 +51,7 @@ def run(
         ConfigError: one of the routers does not answer.
     """
     router = endpoint if router is None else router
-    with told_to_stop() as stop, Bus(endpoint, fleet, log) as bus, Foreign(router, bus.wake) as session:
+    with told_to_stop() as stop, Bus(endpoint, fleet, log, Heartbeat()) as bus, Foreign(router, bus.wake) as session:
         bridge = RosBridge(
             bus,
             session,

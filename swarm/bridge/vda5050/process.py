@@ -17,6 +17,7 @@ from swarm.bridge.vda5050.vehicle import Ask, Vehicle
 from swarm.bus import Bus, Endpoint
 from swarm.bus.losses import Ledger, Tally
 from swarm.errors import PeerError
+from swarm.heartbeat import Heartbeat
 from swarm.messages import (
     CLOCK,
     EVENT,
@@ -118,7 +119,7 @@ def run(
     Raises:
         ConfigError: the fleet's router or the broker does not answer, or refuses us.
     """
-    with told_to_stop() as stop, Bus(endpoint, fleet, log) as bus:
+    with told_to_stop() as stop, Bus(endpoint, fleet, log, Heartbeat()) as bus:
         check(broker)
         log(f"fleet {fleet} is on broker {broker} as {names.interface}/{vda.MAJOR}/{names.manufacturer}/...")
         bridge = VehicleBridge(bus, broker, names, shown_every, log)

@@ -79,15 +79,22 @@ def router(options: argparse.Namespace) -> int:
     from swarm.bus.router import serve
 
     place = endpoint(options.listen, options.secure, ROUTER)
-    if options.secure is None and not place.local:
+    others = [endpoint(text, options.secure, ROUTER) for text in options.join]
+    far = [one for one in others if not one.local]
+    option, open_to = ("--join", far[0]) if place.local and far else ("--listen", place)
+    if options.secure is None and not open_to.local:
         if not options.insecure:
             raise ConfigError(
-                f"--listen: expected an address of this machine only, such as 127.0.0.1, got {place.host}, where "
+                f"{option}: expected an address of this machine only, such as 127.0.0.1, got {open_to.host}, where "
                 "others could steer the robots; make keys with `swarm keys` and give --secure DIR, or add --insecure"
             )
-        print(f"router: {place} is open: anybody who reaches it can steer the robots", file=sys.stderr, flush=True)
+        print(f"router: {open_to} is open: anybody who reaches it can steer the robots", file=sys.stderr, flush=True)
+    if others and place.identity is not None and not place.identity.joins:
+        raise ConfigError(
+            f"--join: expected keys with which routers may join each other, got {options.secure}; "
+            "make them with `swarm keys --several-routers`"
+        )
     place = place.claim()
-    others = [endpoint(text, options.secure, ROUTER) for text in options.join]
     joins = f", and joins {', '.join(map(str, others))}" if others else ""
     print(f"router: listening on {place}{joins}", flush=True)
     return serve(place, others)
@@ -225,7 +232,7 @@ def add(commands: "Commands[Parser]") -> None:
     one.add_argument("scenario", type=Path)
     _of_a_run(one)
     _of_a_process(one, "USER-SCENARIO")
-    text = "save the run here each second, and when told to stop; if the file exists, the run in it goes on"
+    text = "save the run here each second; if told to stop, leave it there; if the file exists, the run in it goes on"
     saved = one.add_mutually_exclusive_group()
     saved.add_argument("--snapshot", type=Path, metavar="FILE", help=text)
     saved.add_argument("--resume", type=Path, metavar="FILE", help="go on with the run in this file, and save it there")

@@ -18,7 +18,7 @@ def keys(options: argparse.Namespace) -> int:
     if not 0 < options.days <= 3650:
         raise ConfigError(f"--days: expected more than 0 and at most 3650, got {options.days:g}")
     robots = names(options.robots)
-    make(options.folder, robots, options.host, options.days)
+    make(options.folder, robots, options.host, options.days, several=options.several_routers)
     print(f"{options.folder}: keys for {options.days:g} days, for {', '.join((*ROLES, *robots))}")
     return 0
 
@@ -32,4 +32,6 @@ def add(commands: "Commands[Parser]") -> None:
     one.add_argument("--days", type=float, default=30.0, metavar="D", help=text)
     text = "a name or address by which others reach the router, beside those of this machine; may be repeated"
     one.add_argument("--host", action="append", default=[], metavar="NAME", help=text)
+    text = "let routers join each other (`swarm router --join`): then who has the router's keys may say everything"
+    one.add_argument("--several-routers", action="store_true", help=text)
     one.set_defaults(command=keys)

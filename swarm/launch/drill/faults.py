@@ -33,8 +33,8 @@ def kill(*names: str) -> Fault:
     return inject
 
 
-def replace_in_turn(*names: str) -> Fault:
-    """Return the fault that ends processes one after the other, each once the fleet drives on after the one before."""
+def kill_in_turn(*names: str) -> Fault:
+    """Return the fault that kills processes one after the other, each once the fleet drives on after the one before."""
 
     def another(live: LiveFleet, name: str, before: int) -> bool:
         return live.find(name) not in {None, before}

@@ -10,6 +10,7 @@ from swarm.errors import SwarmError
 from swarm.fingerprint import OF_ROBOTS, fingerprint
 from swarm.fuzzy import Controller
 from swarm.geometry import Pose
+from swarm.heartbeat import Heartbeat
 from swarm.messages import (
     CLOCK,
     COMMAND,
@@ -38,7 +39,7 @@ LOOK: Final = 0.25  # s between two checks whether the process must stop
 PEEK: Final = 0.001  # s between two checks for a missing broadcast, whose arrival wakes nothing
 GOODBYE: Final = 3.0  # s to wait for the answer when a robot leaves
 WELCOME: Final = 10.0  # s to wait for the answer to a join
-UNSEEN: Final = 3.0  # s without a world, before one of another wire is looked for
+UNSEEN: Final = 3.0  # s since a world came or went, before one of another wire is looked for
 AGAIN: Final = 60.0  # s between two complaints of it
 ECHOES: Final = (0.0, 0.25, 0.75, 1.75)  # s after the router is back; others come back within half a second
 
@@ -57,7 +58,7 @@ def run(
     Raises:
         ConfigError: no router answers.
     """
-    with told_to_stop() as stop, Bus(endpoint, fleet, log) as bus:
+    with told_to_stop() as stop, Bus(endpoint, fleet, log, Heartbeat()) as bus:
         bus.watch_presence("world")
         bus.listen(CLOCK)
         host = RobotHost(bus, robots, log, once=once)
@@ -171,6 +172,7 @@ class RobotHost:
                     self._hear_clock(message, now)
             case Presence(role="world", session=session, alive=alive):
                 (self._worlds.add if alive else self._worlds.discard)(session)
+                self._looks = now + UNSEEN
                 if session in [place.session for place in self._places] and (said := self._ending.look(alive, now)):
                     self._log(said)
                 for place in self._places:
