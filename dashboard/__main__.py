@@ -3,10 +3,11 @@
 import argparse
 import os
 import sys
+from functools import partial
 from pathlib import Path
 from secrets import token_urlsafe
 
-from dashboard.mode import BOX, LOOPBACK, TOKEN, box_address, choose
+from dashboard.mode import BOX, LOOPBACK, TOKEN, choose
 from dashboard.viewers import end_with
 from swarm.errors import SwarmError
 from swarm.installed import without
@@ -75,8 +76,7 @@ def boxed(given: argparse.Namespace) -> int:
         if given.bind != LOOPBACK:
             warning = "whoever reaches it and has the token can steer; the token is not encrypted on its way"
             print(f"box: bound to {given.bind}: {warning}", file=sys.stderr, flush=True)
-        print(f"box: {box_address(port, token)}", flush=True)
-        return run(endpoint, given.fleet, port, token, bind=given.bind)
+        return run(endpoint, given.fleet, port, token, bind=given.bind, log=partial(print, flush=True))
     except SwarmError as fault:
         print(fault, file=sys.stderr)
         return 2

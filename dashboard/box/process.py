@@ -50,11 +50,12 @@ def run(
     open_page: bool = False,
     tape: Path | None = None,
     bind: str = LOOPBACK,
+    log: Callable[[str], None] = lambda line: None,
 ) -> int:
     """Serve the box until we are told to stop; ``open_page`` shows it in this machine's browser.
 
     ``tape`` is the file of the run's tape. Only the names of this machine's loopback are answered, whatever the box is
-    bound to: a container that publishes its port there has to ``bind`` more.
+    bound to: a container that publishes its port there has to ``bind`` more. ``log`` gets the address once it answers.
 
     Raises:
         ConfigError: the port is in use, or there is no router.
@@ -66,6 +67,7 @@ def run(
         closing(Past(tape)) as past,
         Server(port, token, Asking(bus, viewer.address, past), bind) as server,
     ):
+        log(f"box: {box_address(port, token)}")
         server.show({telling.HELLO: telling.hello(fleet, shipped(), tape)})
         if open_page:
             webbrowser.open(box_address(port, token))
