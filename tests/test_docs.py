@@ -43,6 +43,24 @@ def test_links_between_pages_lead_somewhere(page: Path) -> None:
     assert [link for link in links if not (page.parent / link).exists()] == []
 
 
+def anchors(page: Path) -> set[str]:
+    """Return the anchors of a page's headings, as GitHub makes them."""
+    text = re.sub(r"^```.*?^```$", "", page.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
+    headings = [re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", line) for line in re.findall(r"^#+ (.*)$", text, re.MULTILINE)]
+    return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+def test_links_to_a_heading_lead_to_one() -> None:
+    lost = [
+        (page.name, link)
+        for page in [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")]
+        for link in re.findall(r"\]\(([^)\s:]*#[^)\s]+)\)", page.read_text(encoding="utf-8"))
+        if (target := page.parent / link.split("#")[0] if link[0] != "#" else page).suffix == ".md"
+        and link.split("#")[1] not in anchors(target)
+    ]
+    assert lost == []
+
+
 SPAN = re.compile(r"`([^`\n]+)`")
 HOME = re.compile(r"[\w.-]+/[\w./-]+\.(?:py|yaml|md|json)")  # a file with its folder
 CALL = re.compile(r"\.(\w+)\(")
