@@ -46,7 +46,8 @@ def command(services: dict[str, Any], service: str, places: dict[str, str]) -> l
     said = [str(part) for part in services[service]["command"]]
     for place, local in places.items():
         said = [part.replace(place, local) for part in said]
-    return here(services[service].get("entrypoint") or entrypoint(services[service]["build"]["target"])) + said
+    role = services[service]["image"].removeprefix("zenoh-swarm-").split(":")[0]
+    return here(services[service].get("entrypoint") or entrypoint(role)) + said
 
 
 def test_zenohs_own_router_is_of_the_version_of_the_wheel(services: dict[str, Any]) -> None:

@@ -4,7 +4,8 @@ import json
 import os
 import re
 import signal
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from time import monotonic
 from typing import Any, Final
@@ -28,20 +29,6 @@ pytestmark = [
     pytest.mark.timeout(1500),
     pytest.mark.skipif(REASON is not None, reason=str(REASON)),
 ]
-
-
-@pytest.fixture(scope="module")
-def engine(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Engine]:
-    with Engine(tmp_path_factory.mktemp("engine")) as made:
-        made.build("robot", "world")
-        yield made
-
-
-@pytest.fixture
-def empty(engine: Engine) -> Iterator[Engine]:
-    """An engine without containers; they are gone at the end."""
-    yield engine
-    engine.clear()
 
 
 def await_that(true: Callable[[], Any], what: Callable[[], str]) -> None:
@@ -80,7 +67,7 @@ def assert_passed(report: dict[str, Any], robots: int) -> None:
     assert report["contacts"] == {"robot": 0, "wall": 0, "obstacle": 0}
 
 
-def test_images_are_small_and_say_what_they_are(engine: Engine) -> None:
+def images_are_small_and_say_what_they_are(engine: Engine) -> None:
     for role, most in LARGEST.items():
         (image,) = json.loads(engine.podman("image", "inspect", f"zenoh-swarm-{role}"))
         assert image["Size"] < most * 10**6, f"{role}: {image['Size'] / 10**6:.0f} MB"
@@ -90,9 +77,9 @@ def test_images_are_small_and_say_what_they_are(engine: Engine) -> None:
         assert image["Config"]["User"] == "10001"
 
 
-def test_no_kernel_is_compiled_at_start(empty: Engine) -> None:
+def no_kernel_is_compiled_at_start(engine: Engine) -> None:
     for role in LARGEST:
-        said = empty.podman(
+        said = engine.podman(
             "run", "--rm", "--network", "none", *OPTIONS, "--env", "NUMBA_DEBUG_CACHE=1", "--entrypoint", "python",
             f"zenoh-swarm-{role}", "-m", "swarm.compiled",
         )  # fmt: skip
@@ -101,32 +88,31 @@ def test_no_kernel_is_compiled_at_start(empty: Engine) -> None:
         assert set(words) == {"loaded"}
 
 
-@pytest.mark.parametrize("robots", [3, 8])
-def test_compose_runs_a_mission_and_what_is_killed_goes_on(empty: Engine, robots: int) -> None:
+def compose_runs_a_mission_and_what_is_killed_goes_on(engine: Engine, robots: int) -> None:
     variables = {"ROBOTS": str(robots), "PACE": "8"}
-    empty.compose("up", "--no-build", "--detach", "router", "world", "robot", **variables)
+    engine.compose("up", "--no-build", "--detach", "router", "world", "robot", **variables)
     names = [f"zenoh-swarm_{name}_1" for name in ("world", "router", "robot")]
     world, router, robot = names
-    await_log(empty, world, "r1 is at target 1")
+    await_log(engine, world, "r1 is at target 1")
     for name in names:
-        assert empty.podman("healthcheck", "run", name) == "", f"{name} is healthy"
-    kill(empty, world)
-    await_log(empty, world, "the run goes on at")
-    await_log(empty, world, "is at target 2")
+        assert engine.podman("healthcheck", "run", name) == "", f"{name} is healthy"
+    kill(engine, world)
+    await_log(engine, world, "the run goes on at")
+    await_log(engine, world, "is at target 2")
     if robots > 3:  # as much again for the others
-        before = empty.state(router)["Pid"]
-        kill(empty, router)
-        await_that(lambda: empty.state(router)["Pid"] not in {0, before}, lambda: "the router is not started again")
-        kill(empty, robot)
-    await_success(empty, world)
-    assert_passed(report_of(empty, "zenoh-swarm_state"), robots)
+        before = engine.state(router)["Pid"]
+        kill(engine, router)
+        await_that(lambda: engine.state(router)["Pid"] not in {0, before}, lambda: "the router is not started again")
+        kill(engine, robot)
+    await_success(engine, world)
+    assert_passed(report_of(engine, "zenoh-swarm_state"), robots)
     for number in range(1, robots + 1):
-        empty.podman("stop", f"zenoh-swarm_robot_{number}")
-        assert empty.state(f"zenoh-swarm_robot_{number}")["ExitCode"] == 0, "a robot leaves in order"
+        engine.podman("stop", f"zenoh-swarm_robot_{number}")
+        assert engine.state(f"zenoh-swarm_robot_{number}")["ExitCode"] == 0, "a robot leaves in order"
 
 
-def test_a_process_that_hangs_is_unhealthy(empty: Engine) -> None:
-    empty.podman("run", "--detach", "--name", "router", *OPTIONS, "--entrypoint", "swarm", "zenoh-swarm-world",
+def a_process_that_hangs_is_unhealthy(engine: Engine) -> None:
+    engine.podman("run", "--detach", "--name", "router", *OPTIONS, "--entrypoint", "swarm", "zenoh-swarm-world",
                  "router", "--listen", "tcp/0.0.0.0:7447", "--insecure")  # fmt: skip
     check = (
         "exec",
@@ -135,26 +121,26 @@ def test_a_process_that_hangs_is_unhealthy(empty: Engine) -> None:
         "-c",
         'test -n "$(find $SWARM_ALIVE -newermt "-2 seconds")" && echo alive || echo not',
     )
-    await_that(lambda: empty.podman(*check) == "alive", lambda: "the router touches no file")
-    os.kill(empty.state("router")["Pid"], signal.SIGSTOP)
-    await_that(lambda: empty.podman(*check) == "not", lambda: "a stopped process touches its file")
+    await_that(lambda: engine.podman(*check) == "alive", lambda: "the router touches no file")
+    os.kill(engine.state("router")["Pid"], signal.SIGSTOP)
+    await_that(lambda: engine.podman(*check) == "not", lambda: "a stopped process touches its file")
 
 
-def test_a_fleet_with_keys_completes_its_mission(empty: Engine) -> None:
+def a_fleet_with_keys_completes_its_mission(engine: Engine) -> None:
     robots = ("r1", "r2", "r3")
-    empty.podman("network", "create", "secure")
-    empty.podman("volume", "create", "keys")
-    empty.podman(
+    engine.podman("network", "create", "secure")
+    engine.podman("volume", "create", "keys")
+    engine.podman(
         "run", "--rm", *OPTIONS, "--network", "none", "--volume", "keys:/keys", "--entrypoint", "swarm",
         "zenoh-swarm-world", "keys", "/keys/fleet", f"--robots={len(robots)}", "--host=secure-router",
     )  # fmt: skip
-    (found,) = json.loads(empty.podman("volume", "inspect", "keys"))
+    (found,) = json.loads(engine.podman("volume", "inspect", "keys"))
     folder = Path(found["Mountpoint"]) / "fleet"
     joins = ("--connect=tls/secure-router:7447", "--fleet=compose", "--secure=/keys")
 
     def start(name: str, member: str, role: str, *words: str, entry: tuple[str, ...] = (), state: bool = False) -> None:
         volumes = ["--volume", f"{folder / member}:/keys/{member}:ro", *(["--volume", "state:/state"] * state)]
-        empty.podman("run", "--detach", "--name", name, *OPTIONS, "--network", "secure", *volumes, *entry,
+        engine.podman("run", "--detach", "--name", name, *OPTIONS, "--network", "secure", *volumes, *entry,
                      f"zenoh-swarm-{role}", *words)  # fmt: skip
 
     start("secure-router", ROUTER, "world", "router", "--listen=tls/0.0.0.0:7447", "--secure=/keys",
@@ -163,5 +149,24 @@ def test_a_fleet_with_keys_completes_its_mission(empty: Engine) -> None:
           "--snapshot=/state/run.snapshot", "--record=/state/run.swarm", state=True)  # fmt: skip
     for name in robots:
         start(name, name, "robot", f"--id={name}", *joins)
-    await_success(empty, "world")
-    assert_passed(report_of(empty, "state"), len(robots))
+    await_success(engine, "world")
+    assert_passed(report_of(engine, "state"), len(robots))
+
+
+CHECKS: Final[tuple[Callable[[Engine], None], ...]] = (
+    images_are_small_and_say_what_they_are,
+    no_kernel_is_compiled_at_start,
+    partial(compose_runs_a_mission_and_what_is_killed_goes_on, robots=3),
+    partial(compose_runs_a_mission_and_what_is_killed_goes_on, robots=8),
+    a_process_that_hangs_is_unhealthy,
+    a_fleet_with_keys_completes_its_mission,
+)
+
+
+def test_what_is_delivered_is_built_and_runs(tmp_path: Path) -> None:
+    """One test, since the images are built once: tests of a module may run in several processes."""
+    with Engine(tmp_path) as engine:
+        engine.build("robot", "world")
+        for check in CHECKS:
+            check(engine)
+            engine.clear()
