@@ -84,7 +84,7 @@ PARSED: Final = {  # command: why it is not run
     "swarm bridge foxglove": "goes on until the run is over; tests/bridge/foxglove/test_process.py runs it",
     "swarm run office --serve --port 7447 --bridge ros2": "goes on until it is stopped; the next one's test runs it",
     "swarm run office --serve": "goes on until it is stopped; the same",
-    "swarm bridge ros2 --dialect ros2dds": "goes on until the run is over; tests/bridge/ros2/test_actions_live.py runs it",
+    "swarm bridge ros2 --dialect ros2dds --clock wall": "goes on until the run is over; tests/bridge/ros2/test_actions_live.py runs it",
     "swarm run paper --pace 4 --dashboard off --record run.mcap": "drives for half a minute; tests/bridge/foxglove/test_recorded.py runs it",
     "swarm bridge vda5050": "goes on until the run is over; tests/bridge/vda5050/test_process.py runs it",
     "swarm bridge ros2": "goes on until the run is over; tests/bridge/ros2/test_process.py runs it",
