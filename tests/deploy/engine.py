@@ -50,7 +50,6 @@ class Engine:
         )
         (settings := folder / "containers.conf").write_text(
             '[containers]\ndefault_ulimits = ["nofile=1024:1024", "nproc=4096:4096"]\n'
-            f'[network]\nnetwork_config_dir = "{folder}/networks"\n'
             '[engine]\nruntime = "runc"\ncgroup_manager = "cgroupfs"\nevents_logger = "file"\n',
             encoding="utf-8",
         )
