@@ -102,6 +102,6 @@ class Hosts:
 
 
 def end(process: subprocess.Popen[str]) -> int:
-    """Tell a process to end, and return its exit status."""
+    """End a process with SIGTERM, and return its exit status."""
     process.terminate()
     return process.wait(PARTING)

@@ -197,7 +197,7 @@ class Bus:
 
     def other_wires(self, role: str) -> list[str]:
         """Ask which other versions of the wire processes of a role speak in a fleet of this name."""
-        return other_wires(self._session, self._fleet, role)
+        return other_wires(self._session, self._fleet, role, timeout=0.5)  # s; meanwhile nothing is received
 
     def announce(self, role: str, name: str) -> None:
         """Announce this process under a name until ``withdraw`` or the end of the session."""

@@ -110,7 +110,7 @@ def fleets(endpoint: Endpoint) -> list[str]:
         return names_on(session)
 
 
-def other_wires(session: zenoh.Session, fleet: str, role: str, timeout: float = 2.0) -> list[str]:
+def other_wires(session: zenoh.Session, fleet: str, role: str, timeout: float) -> list[str]:
     """Return the other versions of the wire that processes of a role speak in a fleet of that name, sorted."""
     _, ours, *_ = below(fleet).split("/")
     replies = session.liveliness().get(f"swarm/*/{fleet}/alive/{role}/*/*", timeout=timeout)

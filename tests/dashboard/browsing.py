@@ -69,7 +69,7 @@ class Box:
         return left + width / 2 + (x - wide / 2) * scale, top + height / 2 - (y - high / 2) * scale
 
     def await_other_colour(self, x: float, y: float, colour: list[int]) -> None:
-        """Wait until a point [m] of the floor has another colour: the page is drawn anew after what it is told."""
+        """Wait until a point [m] of the floor has another colour: the page draws a change a moment after it hears of it."""
         deadline = monotonic() + PATIENCE / 1000
         while self.colour(x, y) == colour:
             assert monotonic() < deadline, f"({x:g}, {y:g}) keeps its colour"

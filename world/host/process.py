@@ -149,7 +149,8 @@ class Host:
                 self._tick(stop)
             if run.publisher.clock_is_due:
                 run.tell_clock()
-        run.save_soon()
+        if run.phase is not Phase.OVER:
+            run.save_soon()
         run.stopwatch.halt()
         run.tell_clock()
 
