@@ -101,6 +101,7 @@ def test_a_world_of_another_wire_is_a_sentence(endpoint: Endpoint, tmp_runtime: 
         token.undeclare()  # type: ignore[no-untyped-call]
 
 
+@pytest.mark.costs("two worlds and a robot, each a new process, and the tape again")
 def test_a_world_with_a_snapshot_that_is_told_to_stop_leaves_its_run_to_the_next_one(
     small: Path, endpoint: Endpoint, tmp_runtime: Path, tmp_path: Path
 ) -> None:
