@@ -2,12 +2,13 @@
 
 from typing import Final, NamedTuple
 
-from swarm.geometry import Pose
+from swarm.geometry import Pose, distance
 from swarm.messages import Broadcast, Command
 from world.faults import Health
 from world.replay.replay import Replay
 from world.replay.values import ReplayedTick
 from world.storm.history.history import History, Moment
+from world.storm.history.seen import EXACT
 from world.storm.laws.judge import LAWS, Violation, judge
 from world.world import World
 
@@ -30,28 +31,33 @@ class Open(NamedTuple):
 
 
 class Watch:
-    """The history of a replay's last run. Call ``take`` after every tick."""
+    """The history of a replay's last run. Call ``take`` after every tick.
+
+    ``history`` is None until the first one.
+    """
 
     laws: Final = len(SAFE)
 
     def __init__(self) -> None:
-        self._history: History | None = None
+        self.history: History | None = None
         self._run = -1
         self._world: World | None = None
         self._open: dict[int, Open] = {}  # by tick
+        self._before: dict[int, tuple[Pose, ...]] = {}  # by tick: where the last world had the robots, before it died
 
     def take(self, replay: Replay, tick: ReplayedTick) -> None:
         """Take in a tick that is over."""
         world = replay.world
-        if self._history is None or world.run != self._run:
-            self._open = {}
+        if self.history is None or world.run != self._run:
+            self._open, self._before = {}, {}
             self._run, floor = world.run, replay.scenario.map if world.bodies.edits == 0 else world.bodies.floor
-            self._history = History(
+            self.history = History(
                 settings=replay.scenario.settings, robots=(), stops=(), floors=[(0, floor)], late=replay.outline.slowest
             )
-        history, at = self._history, world.tick - 1
+        history, at = self.history, world.tick - 1
         if world is not self._world:  # it has gone on from what it had saved
             self._world = world
+            self._before |= {moment.tick: moment.poses for moment in history.moments if moment.tick >= at}
             history.moments = [moment for moment in history.moments if moment.tick < at]
             history.floors = [one for one in history.floors if one[0] <= at] or history.floors[:1]
         for number in range(len(history.robots), len(world.robots)):  # a place was opened: before, it was nowhere
@@ -67,13 +73,17 @@ class Watch:
                 if name in moment.commands:
                     break
                 self._open[moment.tick].health[name] = Health.AWAY
+        poses = tuple(Pose(one.x, one.y, one.yaw) for one in tick.senses.values())
+        for number, (was, pose) in enumerate(zip(self._before.pop(at, ()), poses, strict=False)):
+            if distance(was, pose) > EXACT:
+                history.put_back.setdefault(number, []).append(at)
         health = dict.fromkeys(world.robots, Health.SUSPENDED)
         commands, spoken = dict[str, Command](), dict[str, Broadcast]()
         self._open[at] = Open(health, commands, spoken)
         history.moments.append(
             Moment(
-                at, tuple(Pose(one.x, one.y, one.yaw) for one in tick.senses.values()), health, tick.senses, commands,
-                spoken, tuple(tick.events), tuple(command.tick for command in world.tasks.commands),
+                at, poses, health, tick.senses, commands, spoken, tuple(tick.events),
+                tuple(command.tick for command in world.tasks.commands),
                 frozenset(contact.robot for contact in world.bodies.physics.touching),
             )
         )  # fmt: skip
@@ -87,7 +97,7 @@ class Watch:
 
     def judged(self) -> list[Violation]:
         """Return the first violation of each law by each robot."""
-        history, world = self._history, self._world
+        history, world = self.history, self._world
         if history is None or world is None:
             return []
         history.moments.append(Moment(world.tick, tuple(world.poses()), {}, {}, {}, {}, (), (), frozenset()))

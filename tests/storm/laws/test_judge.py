@@ -16,7 +16,7 @@ from world.bodies.shapes import Contact
 from world.faults import Health
 from world.simulate import Simulation
 from world.storm.history.history import History, Moment, record
-from world.storm.history.seen import cells_at
+from world.storm.history.seen import PUT_BACK, cells_at
 from world.storm.laws.judge import LAWS, judge
 from world.storm.laws.mission import nobody_stands_unnamed
 from world.storm.results import is_silent
@@ -309,6 +309,8 @@ PLANTED: list[tuple[str, str, Callable[[History], History]]] = [  # what, the la
     ("taken although another one holds it", "takes only what is free", told_of_a_third),
     ("waits for the silent", "no wait for the silent", waiting_for_the_silent),
     ("a body outside", "no body outside", outside),
+    ("a body outside a second after a new world has put it elsewhere", "no body outside",
+     lambda h: outside(replace(h, put_back={0: [TICK - PUT_BACK - 1]}))),
     ("too fast to stop", "room to brake", too_fast),
     ("a flag taken back", "flags stay", taken_back),
     ("a stop not reached", "all arrive", never_there),
@@ -363,6 +365,8 @@ EXCUSED: list[tuple[str, Callable[[History], History]]] = [
     ("who was pushed may be anywhere",
      lambda h: outside(replace(h, contacts=[(TICK, Contact(0, "robot", 1), False)], moments=h.moments[: TICK + 50],
                                report={}))),
+    ("whom a new world puts elsewhere may be outside for a second",
+     lambda h: outside(replace(h, put_back={0: [TICK]}, moments=h.moments[: TICK + PUT_BACK - 1], report={}))),
     ("what a look found empty may be taken", lambda h: told_of_a_third(h, (Sighting(0, empty=True, tick=1),))),
     ("a silent robot's cells are waited for", lambda h: waiting_for_the_silent(h, lambda: (min(held(h, "r2", -2)),))),
     ("a silent member keeps its turns", waiting_for_its_turn),

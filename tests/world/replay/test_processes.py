@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 import pytest
+from msgspec.structs import replace
 
 from swarm.bus import Bus, Endpoint
 from swarm.cli import main
@@ -19,6 +20,11 @@ from tests.launch.test_foreign_robot import FOREIGN
 from tests.secure.shared import fleet_keys
 from tests.shared import PAPER, ROOT, mostly_long
 from tests.world.replay.shared import assert_replayed
+from world.replay.judge import Watch
+from world.replay.replay import Replay, replayed
+from world.replay.values import ReplayedTick
+from world.tape.reader import TapeFile
+from world.world import World
 
 pytestmark = pytest.mark.processes
 
@@ -148,6 +154,24 @@ def test_the_tape_of_the_last_run_stays(small: Path, tmp_runtime: Path, capsys: 
     assert_replayed(tape, report)
     assert main(["replay", str(tape), "--laws"]) == 0
     assert capsys.readouterr().out.endswith("laws kept\n")
+
+
+@pytest.mark.long("a run of many seconds")
+def test_robots_that_a_new_world_has_elsewhere_are_known(tmp_runtime: Path) -> None:
+    tape = tmp_runtime / "run.swarm"
+    driven(CASES["lockstep, killed world"], tape, tmp_runtime)
+    watch, worlds = Watch(), list[World]()
+
+    def take(replay: Replay, tick: ReplayedTick) -> None:
+        if replay.world not in worlds:
+            worlds.append(replay.world)
+        moved = {name: replace(one, x=one.x + 0.1 * (len(worlds) - 1)) for name, one in tick.senses.items()}
+        watch.take(replay, tick._replace(senses=moved))
+
+    replayed(TapeFile(tape), take)
+    assert len(worlds) > 1
+    assert watch.history is not None
+    assert list(watch.history.put_back) == [0, 1, 2]
 
 
 @pytest.mark.long("a run of many seconds")

@@ -44,6 +44,8 @@ class History:
     floors: list[tuple[int, OccupancyMap]]  # first tick and floor, oldest first
     mute: frozenset[str] = frozenset()  # robots that say nothing of traffic
     late: int = 0  # ticks by which answers come late at most
+    put_back: dict[int, list[int]] = field(default_factory=dict)  # by robot number, ticks at which a new world has it
+    # elsewhere than it was when the last world died
     moments: list[Moment] = field(default_factory=list)
     contacts: list[tuple[int, Contact, bool]] = field(default_factory=list)  # tick, contact, was it avoidable
     report: dict[str, Any] = field(default_factory=dict)

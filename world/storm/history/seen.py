@@ -3,7 +3,7 @@
 from bisect import bisect_right
 from collections.abc import Callable, Iterator, Mapping
 from math import hypot
-from typing import Final
+from typing import Final, NamedTuple
 
 from swarm.maps.occupancy import OccupancyMap
 from swarm.messages.traffic import Claim, Record
@@ -14,6 +14,7 @@ from world.faults import SILENT, Health
 from world.storm.history.history import History, Moment
 
 PUSHED: Final = 400  # ticks after a contact in which a body may be outside its cells: it creeps back
+PUT_BACK: Final = 20  # ticks after those that a new world repeats in which the same holds: the robot has not moved
 EXACT: Final = 1e-6  # m and s
 AWAY: Final = 20  # ticks without a step after which a robot starts with new reservations
 SHARES: Final = 200  # places along a moving obstacle's path
@@ -55,22 +56,34 @@ def dead_of(history: History) -> set[str]:
     return dead | history.mute
 
 
-def pushes(history: History) -> Mapping[int, list[int]]:
-    """Return by robot number the ticks at which something touched the robot, in order."""
+class Pushes(NamedTuple):
+    """What has moved robots that did not mean to move: by robot number, ticks in order."""
+
+    touched: Mapping[int, list[int]]  # by something
+    put_back: Mapping[int, list[int]]  # by a new world, which goes on from before the last one died
+
+
+def pushes(history: History) -> Pushes:
+    """Return what has moved robots that did not mean to move."""
     found: dict[int, set[int]] = {}
     for tick, contact, _ in history.contacts:
         found.setdefault(contact.robot, set()).add(tick)
     for moment in history.moments:
         for robot in moment.touching:
             found.setdefault(robot, set()).add(moment.tick)
-    return {robot: sorted(ticks) for robot, ticks in found.items()}
+    return Pushes({robot: sorted(ticks) for robot, ticks in found.items()}, history.put_back)
 
 
-def was_pushed(pushed: Mapping[int, list[int]], number: int, tick: int) -> bool:
-    """Return True if something touched a robot shortly before a tick."""
-    ticks = pushed.get(number, [])
+def was_pushed(pushed: Pushes, number: int, tick: int) -> bool:
+    """Return True if something has moved a robot shortly before a tick."""
+    return _is_soon_after(pushed.touched.get(number, []), tick, PUSHED) or _is_soon_after(
+        pushed.put_back.get(number, []), tick, PUT_BACK
+    )
+
+
+def _is_soon_after(ticks: list[int], tick: int, within: int) -> bool:
     index = bisect_right(ticks, tick)
-    return index > 0 and tick - ticks[index - 1] <= PUSHED
+    return index > 0 and tick - ticks[index - 1] <= within
 
 
 def growth(history: History) -> Iterator[tuple[Moment, dict[str, frozenset[int]]]]:
