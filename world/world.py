@@ -260,7 +260,7 @@ class World:
         if outcome.changed:
             self.measures.begin(number, self.time)
             self.due = True
-        answer = Accepted(text=outcome.text, number=outcome.number)
+        answer = Accepted(text=outcome.text, number=outcome.number, run=None if outcome.number is None else self.run)
         return answer, [self.event(kind, text, name) for kind, text in outcome.events]
 
     @property

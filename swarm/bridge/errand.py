@@ -3,7 +3,8 @@
 from enum import StrEnum
 from typing import Final, NamedTuple
 
-from swarm.messages import Activity, Clock, Event, Liveness, Message, Order, Phase, State, Status
+from swarm.errors import PeerError
+from swarm.messages import Accepted, Activity, Clock, Event, Liveness, Message, Order, Phase, State, Status
 from swarm.messages.naming import shortened
 
 
@@ -41,6 +42,17 @@ class Errand:
         self.state: State | None = None  # the last of its robot
         self.phase, self.heard = Phase.RUNNING, Liveness.ALIVE
         self.asks = False  # the robot says that it has no target of this order left: the world has to be asked
+
+    @classmethod
+    def accepted(cls, robot: str, order: Order, answer: Accepted) -> "Errand":
+        """Return the errand of an order by the world's answer.
+
+        Raises:
+            PeerError: the answer does not say what it is of.
+        """
+        if answer.number is None or answer.run is None:
+            raise PeerError(f"{robot}: order: expected an answer with `number` and `run`, got {answer}")
+        return cls(robot, order, answer.number, answer.run)
 
     @property
     def underway(self) -> State | None:

@@ -305,5 +305,6 @@ class Accepted(Message, frozen=True, kw_only=True):
 
     text: Annotated[Text, says("what was done, for people")]
     number: Annotated[Count | None, says("of an order: the `assignment` in the robot's state while it has it")] = None
+    run: Annotated[Count | None, says("of an order: the run in which it was taken")] = None
     robots: Annotated[list[Id], says("of places: the robots that they are for")] = []
     cuts: Annotated[list[tuple[Id, Text]], says("of an edit: (robot or `pool`, target) whose last way it takes")] = []

@@ -1,10 +1,12 @@
 """Several orders of several robots at once: each ends once, and the world is asked when it has to be."""
 
+import pytest
 from msgspec.structs import replace
 
 from swarm.bridge.errand import Errand, How
 from swarm.bridge.errands import Errands
-from swarm.messages import Activity, Event, Message, Order, Phase, Status
+from swarm.errors import PeerError
+from swarm.messages import Accepted, Activity, Event, Message, Order, Phase, Status
 from tests.messages.made import clock, event, state
 
 
@@ -93,3 +95,12 @@ def test_without_a_world_all_end() -> None:
         "b: order of-b is not done: the fleet has had no world for 30 s",
     ]
     assert len(errands) == 0
+
+
+def test_an_order_counts_in_the_run_in_which_the_world_has_taken_it() -> None:
+    order = Order(id="x", targets=[(1.0, 2.0)])
+    taken = Errand.accepted("a", order, Accepted(text="taken", number=3, run=2))
+    assert (taken.number, taken.run) == (3, 2), "whatever run the bridge has heard of"
+    for number, run in ((None, 2), (3, None)):
+        with pytest.raises(PeerError, match="a: order: expected an answer with `number` and `run`"):
+            Errand.accepted("a", order, Accepted(text="taken", number=number, run=run))

@@ -32,9 +32,9 @@ from swarm.geometry import Pose
 from swarm.messages import ORDER, ROBOT_ACTION, RobotAction, RobotDo
 
 EVERY: Final = 0.2  # s between two feedbacks of a goal
-WAITING: Final = (
-    100  # requests for one result that are held; free_fleet asks again every 6.5 s and forgets the last one
-)
+FIRST: Final = 1.0  # s from a goal's acceptance in which feedback is sent at each step: Open-RMF's adapter asks for
+# the result of a goal of which it has heard nothing, and does nothing else until it has that
+WAITING: Final = 100  # requests for one result that are held: free_fleet's script asks every 6.5 s, forgets the last
 OFFERED: Final = tuple(topic for action in NAVIGATION for topic in (action.feedback, action.status))
 SERVED: Final = tuple(
     service for action in NAVIGATION for service in (action.send_goal, action.get_result, action.cancel_goal)
@@ -60,14 +60,14 @@ class ActionServers:
         self._bus, self._errands, self._log, self._turns = bus, errands, log, turns
         self._goals = {action: Goals() for action in NAVIGATION}
         self.newest = 0  # number of the last order that the world has taken from ROS
-        self._told = 0.0  # s, when feedback was sent last
+        self._begun = self._told = 0.0  # s, when a goal was accepted last, and when feedback was sent
         self._trees = False  # it was said that behaviour trees are ignored
 
-    def heed(self, run: int, at: int) -> None:
+    def heed(self, at: int) -> None:
         """Answer all that was asked since the last call; ``at`` [ns] is now, in the stamps of ROS."""
         for action in NAVIGATION:
             for request in self._node.requests(action.send_goal):
-                self._accept(action, request, run, at)
+                self._accept(action, request, at)
             for request in self._node.requests(action.cancel_goal):
                 self._cancel(action, request)
             for request in self._node.requests(action.get_result):
@@ -94,13 +94,14 @@ class ActionServers:
     def tell(self, pose: Pose, speed: float, at: int) -> None:
         """Send feedback if it is time for it; the robot's pose, its top speed [m/s] and now [ns] are given."""
         under_way = [(action, goal) for action, goals in self._goals.items() for goal in goals.open]
-        if not under_way or monotonic() - self._told < EVERY:
+        now = monotonic()
+        if not under_way or (now - self._told < EVERY and now - self._begun > FIRST):
             return
-        self._told = monotonic()
+        self._told = now
         for action, goal in under_way:
             self._node.send(action.feedback, feedback(self._ros, action, goal, pose, speed, at))
 
-    def _accept(self, action: Action, request: Request, run: int, at: int) -> None:
+    def _accept(self, action: Action, request: Request, at: int) -> None:
         """Send the world an order for a goal, and answer whether it was accepted."""
         asked = request.message
         id_ = asked.goal_id.uuid.tobytes()
@@ -110,18 +111,19 @@ class ActionServers:
             poses = poses_of(action, asked.goal)
             order = order_to(poses, id_.hex(), turns=self._turns)
             reply = self._bus.ask(ORDER, order, timeout=REPLY, robot=self._robot)
+            errand = Errand.accepted(self._robot, order, reply)
         except PeerError as fault:
             self._log(f"{self._robot}: {action.name}: goal refused: {fault}")
             request.answer(accepted=False, stamp=stamp(self._ros, at))
             return
         self._log(reply.text)
-        self.newest = reply.number
+        self.newest = errand.number
         if asked.goal.behavior_tree and not self._trees:
             self._log(f"{self._robot}: {action.name}: behavior_tree is ignored: robots plan by themselves")
             self._trees = True
-        errand = Errand(self._robot, order, reply.number, run)
         self._errands.add(errand)
-        self._goals[action].add(Goal(id=id_, at=at, errand=errand, targets=order.targets), monotonic())
+        self._begun = monotonic()
+        self._goals[action].add(Goal(id=id_, at=at, errand=errand, targets=order.targets), self._begun)
         request.answer(accepted=True, stamp=stamp(self._ros, at))
         self._tell_status(action)
 

@@ -173,7 +173,7 @@ class RosBridge:
         """Take what ROS asks of the robots."""
         for robot, one in self._servers.items():
             self._heed_topics(robot)
-            one.heed(self._fold.run, self._at(self._fold.time))
+            one.heed(self._at(self._fold.time))
 
     def _tell(self) -> None:
         """Publish feedback of the goals under way."""

@@ -269,7 +269,7 @@ class VehicleBridge:
         except PeerError as fault:
             answer = fault
             self._log(str(fault))
-        errand = seat.vehicle.answered(ask, answer, self._fold.run)
+        errand = seat.vehicle.answered(ask, answer)
         if errand is not None:
             self._fleet.errands.add(errand)
 

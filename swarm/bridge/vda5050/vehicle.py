@@ -139,17 +139,20 @@ class Vehicle:
         """Take in instant actions; return what the world is to be asked for them."""
         return [ask for action in actions if (ask := self._act(action)) is not None]
 
-    def answered(self, ask: Ask, answer: Accepted | PeerError, run: int) -> Errand | None:
+    def answered(self, ask: Ask, answer: Accepted | PeerError) -> Errand | None:
         """Take in the world's answer; return the order of the fleet that is under way since then."""
         if ask.order is not None and ask.ahead is not None and isinstance(ask.request, Order):
-            if isinstance(answer, PeerError):
-                self._err(refused(ORDER, ask.order, str(answer)))
+            try:
+                if isinstance(answer, PeerError):
+                    raise answer
+                errand = Errand.accepted(self.robot, ask.request, answer)
+            except PeerError as fault:
+                self._err(refused(ORDER, ask.order, str(fault)))
                 return None
-            assert answer.number is not None, "of an order"
             self._begin(ask.order, ask.ahead)
             self._stops = ask.ahead.base
-            self.errand = Errand(self.robot, ask.request, answer.number, run)
-            return self.errand
+            self.errand = errand
+            return errand
         assert ask.action is not None, "an order or an action"
         if isinstance(answer, PeerError):
             self._fail(ask.action, ACTION, str(answer))

@@ -27,12 +27,13 @@ def order(options: argparse.Namespace) -> int:
         headings.pop()
     request = Order(id=name, update=options.update, targets=targets, home=options.home, headings=headings)
     with fleet_bus(options, OPERATOR) as bus:
-        run = waiting.listen(bus, options.robot) if options.wait else 0  # before the request: nothing is missed
+        if options.wait:
+            waiting.listen(bus, options.robot)  # before the request: nothing is missed
         reply = bus.ask(ORDER, request, robot=options.robot)
         print(reply.text, flush=True)
         if not options.wait:
             return 0
-        return waiting.follow(bus, Errand(options.robot, request, reply.number, run))
+        return waiting.follow(bus, Errand.accepted(options.robot, request, reply))
 
 
 def pool(options: argparse.Namespace) -> int:

@@ -38,13 +38,12 @@ def line(errand: Errand) -> str:
     return f"{errand.robot}: {state.activity.value}, {to}, {state.distance:.1f} m left{whom}{go_on}"
 
 
-def listen(bus: "Bus", robot: str) -> int:
-    """Listen to all that an order's end can be seen from; return the number of the run."""
+def listen(bus: "Bus", robot: str) -> None:
+    """Listen to all that an order's end can be seen from."""
     bus.watch_presence("world")
     bus.listen(STATE, robot=robot)
     for topic in (EVENT, CLOCK, STATUS):
         bus.listen(topic)
-    return max((clock.run for clock in bus.fetch(CLOCK)), default=0)
 
 
 def follow(bus: "Bus", errand: Errand) -> int:

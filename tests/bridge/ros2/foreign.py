@@ -2,7 +2,7 @@
 
 import json
 import struct
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from queue import SimpleQueue
@@ -336,11 +336,13 @@ def router_of_ros(place: Endpoint) -> Iterator[None]:
         yield
 
 
-def await_token(heard: "SimpleQueue[zenoh.Sample]", part: str, kind: zenoh.SampleKind) -> None:
-    """Wait until a token with a part in its key comes, or goes."""
-    sample = heard.get(timeout=PATIENCE)
-    while sample.kind != kind or part not in str(sample.key_expr):
+def await_tokens(heard: "SimpleQueue[zenoh.Sample]", parts: Iterable[str], kind: zenoh.SampleKind) -> None:
+    """Wait until tokens with these parts in their keys have come, or gone: what has no token yet cannot be asked."""
+    missing = set(parts)
+    while missing:
         sample = heard.get(timeout=PATIENCE)
+        if sample.kind == kind:
+            missing = {part for part in missing if part not in str(sample.key_expr)}
 
 
 def tokens(session: zenoh.Session, domain: int) -> tuple["SimpleQueue[zenoh.Sample]", Any]:

@@ -32,7 +32,7 @@ from tests.bridge.ros2.foreign import (
     ThroughFeedback,
     Time,
     ToPoseRequest,
-    await_token,
+    await_tokens,
     client_session,
     placed,
     router_of_ros,
@@ -233,7 +233,8 @@ def test_a_fleet_adapter_for_ros2dds_sees_the_same_without_attachments(
 def test_a_goal_outlives_the_router_of_ros_but_not_a_bridge_that_is_killed(small: Path, tmp_runtime: Path) -> None:
     """What a client waits for ends with its router, or with the bridge; then it asks again."""
     place = Endpoint("127.0.0.1", 0).claim()
-    first, served = uuid(), "navigate_to_pose%_action%send_goal"
+    first = uuid()
+    served = [f"%r1%navigate_to_pose%_action%{name}" for name in ("send_goal", "get_result", "cancel_goal")]
     bridge = ("bridge", "ros2", "--ros", str(place), "--domain", str(DOMAIN))
     with ExitStack() as stack:
         router = stack.enter_context(ExitStack())
@@ -245,7 +246,7 @@ def test_a_goal_outlives_the_router_of_ros_but_not_a_bridge_that_is_killed(small
         stack.enter_context(router_of_ros(place))
         session = stack.enter_context(client_session(place))
         heard, watching = tokens(session, DOMAIN)
-        await_token(heard, f"%r1%{served}", zenoh.SampleKind.PUT)
+        await_tokens(heard, served, zenoh.SampleKind.PUT)
         with Client(session, DOMAIN, "r1") as client:
             assert client.result(first).get(Result).status == SUCCEEDED
             second = uuid()
@@ -255,9 +256,9 @@ def test_a_goal_outlives_the_router_of_ros_but_not_a_bridge_that_is_killed(small
             seen.bridge.process.kill()
             with pytest.raises(AssertionError, match="ended without an answer"):
                 waiting.get(Result)
-            await_token(heard, f"%r1%{served}", zenoh.SampleKind.DELETE)
+            await_tokens(heard, served, zenoh.SampleKind.DELETE)
             with Command(*bridge, runtime=tmp_runtime):
-                await_token(heard, f"%r1%{served}", zenoh.SampleKind.PUT)
+                await_tokens(heard, served, zenoh.SampleKind.PUT)
                 assert client.result(second).get(Result).status == UNKNOWN
                 assert client.send(uuid(), FAR)
         watching.undeclare()

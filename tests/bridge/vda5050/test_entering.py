@@ -120,7 +120,7 @@ def test_robots_that_come_go_and_a_run_that_ends_without_a_process_of_the_fleet(
             master.say("r1", "order", order_of(("A", 3.0, 0.0), ("B", 5.0, 2.0)))
             asked = request(world)
             assert asked.message.targets == [(5.0, 2.0)]
-            asked.accept(Accepted(text="taken", number=7))
+            asked.accept(Accepted(text="taken", number=7, run=0))
             state = master.until("r1", "state", lambda said: said["orderId"] == "o1")
             assert [one["nodeId"] for one in state["nodeStates"]] == ["B"]
 

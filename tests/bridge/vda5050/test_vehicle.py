@@ -41,11 +41,11 @@ class Told:
             return []
         assert isinstance(ask.request, Order)
         self.numbers += 1
-        self.answer(ask, Accepted(text="yes", number=self.numbers))
+        self.answer(ask, Accepted(text="yes", number=self.numbers, run=1))
         return list(ask.request.targets)
 
     def answer(self, ask: Ask, answer: Accepted | PeerError) -> Errand | None:
-        return self.vehicle.answered(ask, answer, run=1)
+        return self.vehicle.answered(ask, answer)
 
     def act(self, *kinds: str) -> list[RobotDo]:
         """Have instant actions that the world accepts; return what it was asked."""
