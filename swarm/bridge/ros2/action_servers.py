@@ -18,6 +18,7 @@ from swarm.bridge.ros2.actions import (
     GoalStatus,
     feedback,
     goal_info,
+    remaining,
     result,
     statuses,
 )
@@ -61,6 +62,7 @@ class ActionServers:
         self._goals = {action: Goals() for action in NAVIGATION}
         self.newest = 0  # number of the last order that the world has taken from ROS
         self._begun = self._told = 0.0  # s, when a goal was accepted last, and when feedback was sent
+        self._seen: tuple[Pose, float, int] | None = None  # the robot's pose, its top speed [m/s], and the stamp [ns]
         self._trees = False  # it was said that behaviour trees are ignored
 
     def heed(self, at: int) -> None:
@@ -97,9 +99,11 @@ class ActionServers:
         now = monotonic()
         if not under_way or (now - self._told < EVERY and now - self._begun > FIRST):
             return
-        self._told = now
+        self._told, self._seen = now, (pose, speed, at)
         for action, goal in under_way:
-            self._node.send(action.feedback, feedback(self._ros, action, goal, pose, speed, at))
+            if goal.length is None:
+                goal.length, _ = remaining(goal, pose)
+            self._node.send(action.feedback, feedback(self._ros, action, goal, *self._seen))
 
     def _accept(self, action: Action, request: Request, at: int) -> None:
         """Send the world an order for a goal, and answer whether it was accepted."""
@@ -158,6 +162,8 @@ class ActionServers:
     def _end(self, action: Action, goal: Goal, status: GoalStatus, text: str) -> None:
         self._log(text)
         self._goals[action].end(goal, status, "" if status is GoalStatus.SUCCEEDED else text, monotonic())
+        if self._seen is not None:  # no time is left: Open-RMF's adapter asks for no result before that time is over
+            self._node.send(action.feedback, feedback(self._ros, action, goal, *self._seen))
         self._tell_status(action)
         for request in goal.waiting:
             request.answer(**result(self._ros, action, goal))

@@ -7,7 +7,7 @@ servers do, a newer goal makes the robot's older one end as aborted.
 from dataclasses import dataclass, field
 from enum import IntEnum
 from itertools import pairwise
-from math import dist
+from math import ceil, dist
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -47,6 +47,7 @@ class CancelCode(IntEnum):
     TERMINATED = 3
 
 
+BEGUN: Final = 5.0  # s for which a robot counts as having driven at half its top speed before a goal
 OPEN: Final = (GoalStatus.ACCEPTED, GoalStatus.EXECUTING, GoalStatus.CANCELING)
 ENDS: Final = {How.DONE: GoalStatus.SUCCEEDED, How.CANCELLED: GoalStatus.CANCELED}  # all others: aborted
 
@@ -98,6 +99,7 @@ class Goal:
     errand: Errand
     targets: list[Point]  # m
     status: GoalStatus = GoalStatus.EXECUTING
+    length: float | None = None  # m that were left when that was told first
     text: str = ""  # why it has ended, if it has not succeeded
     ended: float = 0.0  # s, of the clock of whoever ends it
     waiting: list[Any] = field(default_factory=list)  # requests for its result
@@ -191,7 +193,7 @@ def feedback(ros: Types, action: Action, goal: Goal, pose: Pose, speed: float, a
             "geometry_msgs/msg/PoseStamped", header=header(ros, IN_MAP, at), pose=posed(ros, pose)
         ),
         "navigation_time": duration(ros, max(0, at - goal.at)),
-        "estimated_time_remaining": duration(ros, round(distance / speed * SECOND)),
+        "estimated_time_remaining": duration(ros, time_left(goal, distance, speed, at) * SECOND),
         "number_of_recoveries": 0,
         "distance_remaining": distance,
         "position_tracking_error": 0.0,  # from Lyrical on
@@ -216,6 +218,19 @@ def remaining(goal: Goal, pose: Pose) -> tuple[float, int]:
     begun = dist((pose.x, pose.y), goal.targets[0]) if state is None else state.distance
     later = goal.targets[first:]
     return begun + sum(dist(a, b) for a, b in pairwise(later)), len(later)
+
+
+def time_left(goal: Goal, distance: float, speed: float, at: int) -> int:
+    """Return the time [s] that a goal's robot needs for a distance [m] at the mean speed that it has had until now.
+
+    A goal that has ended needs none. The mean begins as if the robot had driven at half its top speed for some
+    seconds. The time is rounded up, since clients read its whole seconds only.
+    """
+    if not goal.is_open:
+        return 0
+    driven = 0.0 if goal.length is None else max(0.0, goal.length - distance)
+    mean = (driven + speed / 2 * BEGUN) / (max(0, at - goal.at) / SECOND + BEGUN)
+    return ceil(distance / mean)
 
 
 def duration(ros: Types, length: int) -> Any:  # noqa: ANN401

@@ -18,6 +18,7 @@ from swarm.bridge.ros2.actions import (
     feedback,
     remaining,
     result,
+    time_left,
 )
 from swarm.bridge.ros2.types import DISTROS, Types
 from swarm.geometry import Pose
@@ -86,6 +87,25 @@ def test_what_is_left_is_the_robots_own_path_and_then_lines() -> None:
     assert remaining(one, HERE) == (0.0, 0)
 
 
+@pytest.mark.parametrize(
+    ("length", "distance", "seconds", "expected"),
+    [
+        (None, 8.0, 0.0, 8),  # at half of 2 m/s
+        (10.0, 10.0, 5.0, 20),  # it has not moved
+        (10.0, 5.0, 5.0, 5),
+        (10.0, 0.01, 5.0, 1),  # on its last centimetre
+        (10.0, 0.0, 5.0, 0),
+        (10.0, 12.0, 5.0, 24),  # its way has become longer
+    ],
+)
+def test_the_time_that_is_left_is_at_the_robots_mean_speed(
+    length: float | None, distance: float, seconds: float, expected: int
+) -> None:
+    one = goal(1, 7_000_000_000)
+    one.length = length
+    assert time_left(one, distance, 2.0, one.at + round(seconds * 1e9)) == expected
+
+
 @pytest.mark.parametrize("distro", DISTROS)
 @pytest.mark.parametrize("action", NAVIGATION, ids=[action.name for action in NAVIGATION])
 def test_a_result_is_an_answer_in_every_distribution(distro: str, action: Action) -> None:
@@ -107,7 +127,7 @@ def test_feedback_is_a_message_in_every_distribution(distro: str, action: Action
     said = read.feedback
     assert (said.navigation_time.sec, said.navigation_time.nanosec) == (2, 500_000_000)
     assert said.distance_remaining == pytest.approx(8.0**0.5)
-    assert said.estimated_time_remaining.sec == 1
+    assert said.estimated_time_remaining.sec == 5, "2.83 m at (1 m/s for 5 s, then nothing for 2.5 s)"
     assert (said.current_pose.header.frame_id, said.current_pose.pose.position.y) == ("map", 2.0)
 
 
