@@ -15,7 +15,7 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from docs import concepts, contract, fields, figure5, handover, layers, speeds, tick, vectors
+from docs import concepts, contract, fields, figure5, handover, how_far, layers, speeds, tick, vectors
 from docs.markdown import rows, said
 from swarm.launch.drill import judge
 from swarm.launch.drill import table as drill_table
@@ -27,7 +27,7 @@ from world.storm.plans.profiles import PROFILES
 
 ROOT: Final = Path(__file__).parents[1]
 PAGES: Final = (
-    "architecture.md", "box.md", "drill.md", "fuzzy.md", "scenarios.md", "security.md", "storm.md",
+    "architecture.md", "box.md", "deploy.md", "drill.md", "fuzzy.md", "scenarios.md", "security.md", "storm.md",
     "traffic-contract.md", "wire.md",
 )  # fmt: skip
 MARKED: Final = re.compile(r"(<!-- generated: (\S+) -->\n).*?(<!-- end -->)", re.DOTALL)
@@ -174,6 +174,7 @@ PARTS: Final[dict[str, Callable[[], str]]] = {
     "laws": laws,
     "profiles": profiles,
     "speeds": speeds.numbers,
+    "how-far": how_far.table,
 }
 # files that are generated as a whole, relative to docs/
 FILES: Final[dict[str, Callable[[], str]]] = {
