@@ -60,8 +60,12 @@ def answers(port: int) -> bool:
 def page_address(web_port: int, grpc_port: int, bind: str = LOOPBACK) -> str:
     """Return the address of the page on which a dashboard in mode ``web`` with these ports is seen."""
     host = gethostname() if bind == ANY else bind
-    source = f"rerun%2Bhttp://{host}:{grpc_port}/proxy"
-    return f"http://{host}:{web_port}/?url={source}&hide_welcome_screen=1&persist=0&theme=dark"
+    return f"http://{host}:{web_port}{page_path(host, grpc_port)}"
+
+
+def page_path(host: str, grpc_port: int) -> str:
+    """Return the path of the page, which tells it where the data is; without it, Rerun welcomes its visitor."""
+    return f"/?url=rerun%2Bhttp://{host}:{grpc_port}/proxy&hide_welcome_screen=1&persist=0&theme=dark"
 
 
 def box_address(port: int, token: str) -> str:

@@ -20,7 +20,7 @@ from threading import Thread
 from time import monotonic
 from typing import Final
 
-from dashboard.mode import LOOPBACK, answers, page_address, viewer_program
+from dashboard.mode import LOOPBACK, answers, page_address, page_path, viewer_program
 from swarm.bus import Endpoint
 from swarm.errors import ConfigError
 
@@ -132,6 +132,12 @@ def _server(bind: str, port: int, behind: int, data: int) -> ThreadingHTTPServer
         timeout = SILENT
 
         def do_GET(self) -> None:
+            if self.path == "/":  # as one types it, who has read which port it is
+                self.send_response(302)
+                self.send_header("Location", page_path(self._named(), data))
+                self.send_header("Content-Length", "0")
+                self.end_headers()
+                return
             if self.path.partition("?")[0] not in FILES:
                 self.send_error(404)
                 return
@@ -149,11 +155,15 @@ def _server(bind: str, port: int, behind: int, data: int) -> ThreadingHTTPServer
             for name in ("Content-Type", "Content-Length", "Cache-Control"):
                 if (value := answer.getheader(name)) is not None:
                     self.send_header(name, value)
-            named = self.headers.get("Host", "").rpartition(":")[0]
-            here = {LOOPBACK, "localhost", socket.gethostname(), *([named] if HOST.fullmatch(named) else [])}
+            here = {LOOPBACK, "localhost", socket.gethostname(), self._named()}
             self.send_header("Content-Security-Policy", policy(sorted(here), data))
             self.end_headers()
             shutil.copyfileobj(answer, self.wfile)
+
+        def _named(self) -> str:
+            """Return the name by which a browser has found this host."""
+            named = self.headers.get("Host", "").rpartition(":")[0]
+            return named if HOST.fullmatch(named) else LOOPBACK
 
         def log_message(self, *words: object) -> None:
             """Log nothing: the dashboard's lines are about the fleet."""

@@ -46,12 +46,24 @@ def test_a_policy_names_the_hosts_of_the_data_and_no_other() -> None:
 
 
 @processes
-@pytest.mark.parametrize("path", ["/", "/re_viewer.js", "/re_viewer_bg.wasm"])
+@pytest.mark.parametrize("path", ["/?url=x", "/re_viewer.js", "/re_viewer_bg.wasm"])
 def test_the_viewers_files_are_handed_on_with_the_policy(address: str, path: str) -> None:
     answer = asked(address, path)
     assert answer.status == 200
     assert len(answer.read()) > 1000
     assert answer.headers["Content-Security-Policy"].startswith("default-src 'self'; connect-src 'self' http://")
+
+
+@processes
+@pytest.mark.parametrize(
+    ("host", "named"), [("robots.local:1", "robots.local"), ("x\ty:1", "127.0.0.1"), ("", "127.0.0.1")]
+)
+def test_the_bare_address_leads_to_the_fleet(address: str, host: str, named: str) -> None:
+    """What somebody types who has published the page's port, as compose.yaml does."""
+    answer = asked(address, "/", host)
+    assert answer.status == 302
+    path, query = urlsplit(address)[2:4]
+    assert answer.headers["Location"] == f"{path}?{query}".replace("127.0.0.1", named)
 
 
 @processes
@@ -65,12 +77,13 @@ def test_nothing_else_is_handed_on(address: str, path: str) -> None:
     ("host", "named"), [("robots.local:1", True), ("x; script-src *:1", False), ("a b:1", False), ("*:1", False)]
 )
 def test_a_name_of_the_host_is_taken_only_if_it_is_one(address: str, host: str, named: bool) -> None:
-    told = asked(address, "/", host).headers["Content-Security-Policy"]
+    told = asked(address, "/?url=x", host).headers["Content-Security-Policy"]
     assert (f"http://{host.rpartition(':')[0]}:" in told) is named
     assert told.count("script-src") == 1
 
 
 @processes
+@pytest.mark.costs("Rerun's viewer in a browser")
 @pytest.mark.skipif(PROGRAM is None, reason=LACKS)
 def test_a_browser_is_answered_by_this_host_only(address: str) -> None:
     answered: set[str] = set()
