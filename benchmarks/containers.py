@@ -1,75 +1,130 @@
-"""Images and containers: sizes, and the time until a robot drives: ``python -m benchmarks.containers``.
+"""Images and containers: sizes, and the time until each does its work: ``python -m benchmarks.containers``.
 
-The images are built and run as `tests/deploy/test_containers.py` does it. A robot's time runs from the start of its
-container to its first command, in a fleet that waits for it: the engine makes the container, Python starts, kernels are
-loaded, the robot joins. Beside it, the same robot as a process of this machine.
+The images are built and run as `tests/deploy/test_containers.py` does it. Times run from the start of a container: the
+engine makes it, Python starts, kernels are loaded, the process joins. A robot's runs to its first command, in a fleet
+that waits for it; a world's until the fleet knows that it is there; a dashboard's until its page answers. Beside them,
+the same as processes of this machine.
 """
 
 import argparse
 import json
 import subprocess
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
-from tempfile import TemporaryDirectory
+from tempfile import TemporaryDirectory, gettempdir
 from time import perf_counter
-from typing import Final
+from typing import Any, Final, NamedTuple
+from uuid import uuid4
 
 from benchmarks.measure import load, machine, printed
 from benchmarks.namespaces import end
-from swarm.bus import Arrival, Bus, Endpoint
+from dashboard.mode import answers
+from swarm.bus import Arrival, Bus, Endpoint, Presence
 from swarm.messages import COMMAND
 from tests.deploy.engine import Engine, lacking
 
 ROUNDS: Final = 5
-BARS: Final = {"robot": 450, "world": 600}  # MB
-START: Final = 3.0  # s, from the start of a robot's container to its first command
+SIZES: Final = {"robot": 450, "world": 600, "dashboard": None}  # MB at most
+LATEST: Final = {"robot": 3.0, "world": None, "dashboard": None}  # s, from the start of a container to its work
 FLEET: Final = "containers"
-PATIENCE: Final = 60.0  # s for a first command
+PATIENCE: Final = 60.0  # s
 CONFINED: Final = ("--cap-drop", "ALL", "--security-opt", "no-new-privileges", "--read-only", "--tmpfs", "/tmp")
 
+Start = Callable[[Sequence[str]], Callable[[], object]]  # of a process with these options; it returns how to end it
 
-def first_command(engine: Engine, start: Callable[[str], Callable[[], object]]) -> float:
-    """Return how long a robot takes [s] from ``start``, which returns how to end it, to its first command."""
-    endpoint = Endpoint("127.0.0.1", 0).claim()
-    words = ("-m", "swarm.cli")
-    router = subprocess.Popen([sys.executable, *words, "router", "--listen", str(endpoint)], stdout=subprocess.DEVNULL)
-    world = subprocess.Popen(
-        [sys.executable, *words, "world", "paper", "--robots", "1", "--serve", "--connect", str(endpoint),
-         "--fleet", FLEET, "--record", str(engine.folder / "run.swarm")],
-        stdout=subprocess.DEVNULL,
-    )  # fmt: skip
+
+class Role(NamedTuple):
+    """A process of a fleet: its command on this machine, and how long it takes to do its work."""
+
+    command: tuple[str, ...]  # after python -m; a container has its own
+    measured: Callable[[Start], float]
+
+
+@contextmanager
+def running(*words: str) -> Iterator[None]:
+    """Run a command of `swarm` as long as the block lasts."""
+    process = subprocess.Popen([sys.executable, "-m", "swarm.cli", *words], stdout=subprocess.DEVNULL, text=True)
     try:
-        with Bus(endpoint, FLEET) as bus:
-            bus.watch_presence("world")
-            bus.receive(PATIENCE)
-            bus.listen(COMMAND)
-            began = perf_counter()
-            stop = start(str(endpoint))
-            while not isinstance(bus.receive(PATIENCE), Arrival):
-                pass
-            took = perf_counter() - began
-            stop()
-        return took
+        yield
     finally:
-        for process in (world, router):
-            process.terminate()
-            process.wait()
+        end(process)
 
 
-def contained(engine: Engine, endpoint: str) -> Callable[[], object]:
-    """Start a robot in a container on this machine's network."""
-    name = "robot"
-    engine.podman("run", "--detach", "--rm", "--name", name, "--network", "host", *CONFINED, "zenoh-swarm-robot",
-                  "--connect", endpoint, "--fleet", FLEET)  # fmt: skip
-    return lambda: engine.podman("stop", name)
+@contextmanager
+def fleet() -> Iterator[tuple[Bus, tuple[str, ...]]]:
+    """Run a router as long as the block lasts; yield a bus that hears of worlds, and the options to join by."""
+    endpoint = Endpoint("127.0.0.1", 0).claim()
+    with running("router", "--listen", str(endpoint)), Bus(endpoint, FLEET) as bus:
+        bus.watch_presence("world")
+        yield bus, ("--connect", str(endpoint), "--fleet", FLEET)
 
 
-def process(endpoint: str) -> Callable[[], object]:
-    """Start a robot as a process of this machine."""
-    words = [sys.executable, "-m", "swarm.cli", "robot", "--connect", endpoint, "--fleet", FLEET]
-    robot = subprocess.Popen(words, stdout=subprocess.DEVNULL, text=True)
-    return lambda: end(robot)
+def until_a_command(start: Start) -> float:
+    """Return how long a robot takes [s] to its first command, in a world that waits for it."""
+    with TemporaryDirectory() as folder, fleet() as (bus, joins), waiting_world(Path(folder), joins):
+        bus.receive(PATIENCE)
+        bus.listen(COMMAND)
+        return timed(lambda: start(joins), lambda: isinstance(bus.receive(PATIENCE), Arrival))
+
+
+def waiting_world(folder: Path, joins: Sequence[str]) -> AbstractContextManager[None]:
+    """Run a world that waits for its robot."""
+    return running("world", "paper", "--robots", "1", "--serve", "--record", str(folder / "run.swarm"), *joins)
+
+
+def until_present(start: Start) -> float:
+    """Return how long a world takes [s] until the fleet knows that it is there."""
+    tape = Path(gettempdir(), f"{uuid4().hex}.swarm")  # a container has this folder, too, for itself
+    try:
+        with fleet() as (bus, joins):
+            words = ("paper", "--robots", "1", "--record", str(tape), *joins)
+            return timed(lambda: start(words), lambda: isinstance(bus.receive(PATIENCE), Presence))
+    finally:
+        tape.unlink(missing_ok=True)
+
+
+def until_a_page(start: Start) -> float:
+    """Return how long a dashboard takes [s] until its page answers, which shows a world that is there."""
+    page, data = (Endpoint("127.0.0.1", 0).claim().port for _ in range(2))
+    with TemporaryDirectory() as folder, fleet() as (bus, joins), waiting_world(Path(folder), joins):
+        bus.receive(PATIENCE)
+        words = ("--web", "--web-port", str(page), "--port", str(data), *joins)
+        return timed(lambda: start(words), lambda: answers(page))
+
+
+def timed(start: Callable[[], Callable[[], object]], there: Callable[[], bool]) -> float:
+    """Return how long it takes [s] from a start until something is there; then end what was started."""
+    began = perf_counter()
+    stop = start()
+    try:
+        while not there():
+            assert perf_counter() - began < PATIENCE, "it has not come"
+        return perf_counter() - began
+    finally:
+        stop()
+
+
+ROLES: Final = {
+    "robot": Role(("swarm.cli", "robot"), until_a_command),
+    "world": Role(("swarm.cli", "world"), until_present),
+    "dashboard": Role(("dashboard",), until_a_page),
+}
+
+
+def contained(engine: Engine, role: str, words: Sequence[str]) -> Callable[[], object]:
+    """Start a container of a role on this machine's network."""
+    engine.podman("run", "--detach", "--rm", "--name", role, "--network", "host", *CONFINED, f"zenoh-swarm-{role}",
+                  *words)  # fmt: skip
+    return lambda: engine.podman("stop", role)
+
+
+def process(role: str, words: Sequence[str]) -> Callable[[], object]:
+    """Start a role as a process of this machine."""
+    started = [sys.executable, "-m", *ROLES[role].command, *words]
+    child = subprocess.Popen(started, stdout=subprocess.DEVNULL, text=True)
+    return lambda: end(child)
 
 
 def main() -> int:
@@ -80,30 +135,39 @@ def main() -> int:
         return 1
     print(f"{machine()}\n")
     wrong: list[str] = []
-    with TemporaryDirectory() as folder, Engine(Path(folder)) as engine:
-        engine.build(*BARS)
+
+    def judged(name: str, found: float, bar: float | None) -> str:
+        wrong.extend([name] * (bar is not None and found > bar))
+        return "" if bar is None else f"{bar:g}"
+
+    with TemporaryDirectory(dir="/var/tmp") as folder, Engine(Path(folder)) as engine:
+        engine.build(*ROLES)
 
         def size(role: str) -> Sequence[str]:
-            (image,) = json.loads(engine.podman("image", "inspect", f"zenoh-swarm-{role}"))
-            (base,) = json.loads(engine.podman("image", "inspect", "swarm-base"))
-            found = image["Size"] / 1e6
-            wrong.extend([role] * (found > BARS[role]))
-            return f"{found:.0f}", f"{base['Size'] / 1e6:.0f}", str(BARS[role])
+            mega = [facts(engine, image)["Size"] / 1e6 for image in (f"zenoh-swarm-{role}", "swarm-base")]
+            return *(f"{one:.0f}" for one in mega), judged(role, mega[0], SIZES[role])
 
-        printed(("image", "MB", "its base", "bar"), [(role, lambda role=role: size(role)) for role in BARS])  # type: ignore[misc]
+        printed(("image", "MB", "its base", "bar"), [(role, lambda role=role: size(role)) for role in ROLES])  # type: ignore[misc]
 
-        def starts(start: Callable[[str], Callable[[], object]]) -> Sequence[str]:
-            times = sorted(first_command(engine, start) for _ in range(ROUNDS))
-            if start is not process:
-                wrong.extend(["start"] * (times[ROUNDS // 2] > START))
-            return f"{times[ROUNDS // 2]:.1f}", f"{times[-1]:.1f}", f"{START:g}", load()
+        def starts(role: str) -> Sequence[str]:
+            measured = ROLES[role].measured
+            inside = sorted(measured(lambda words: contained(engine, role, words)) for _ in range(ROUNDS))
+            outside = sorted(measured(lambda words: process(role, words)) for _ in range(ROUNDS))
+            middle = inside[ROUNDS // 2]
+            bar = judged(f"start of a {role}", middle, LATEST[role])
+            return f"{middle:.1f}", f"{inside[-1]:.1f}", bar, f"{outside[ROUNDS // 2]:.1f}", load()
 
-        ways = {"in a container": lambda endpoint: contained(engine, endpoint), "as a process": process}
-        printed(("a robot", "first command after [s]", "longest", "bar", "load"),
-                [(name, lambda start=start: starts(start)) for name, start in ways.items()])  # type: ignore[misc]  # fmt: skip
+        printed(("start to work, median [s]", "in a container", "longest", "bar", "as a process", "load"),
+                [(role, lambda role=role: starts(role)) for role in ROLES])  # type: ignore[misc]  # fmt: skip
     if wrong:
         print(f"beyond a bar: {', '.join(wrong)}")
     return int(bool(wrong))
+
+
+def facts(engine: Engine, image: str) -> dict[str, Any]:
+    """Return what the engine says of an image."""
+    (found,) = json.loads(engine.podman("image", "inspect", image))
+    return dict(found)
 
 
 if __name__ == "__main__":

@@ -10,9 +10,11 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import monotonic
 from typing import Any, Final
+from urllib.request import urlopen
 
 import pytest
 
+from dashboard.mode import answers
 from swarm.secure.names import ROUTER, WORLD
 from tests.deploy.engine import Engine, lacking
 
@@ -26,7 +28,7 @@ OPTIONS: Final = (  # of every container of compose.yaml, as podman says them
 
 pytestmark = [
     pytest.mark.processes,
-    pytest.mark.long("builds a base and two images, and runs missions in containers"),
+    pytest.mark.long("builds a base and three images, and runs missions in containers"),
     pytest.mark.timeout(1500),
     pytest.mark.skipif(REASON is not None, reason=str(REASON)),
 ]
@@ -112,6 +114,25 @@ def compose_runs_a_mission_and_what_is_killed_goes_on(engine: Engine, robots: in
         assert engine.state(f"zenoh-swarm_robot_{number}")["ExitCode"] == 0, "a robot leaves in order"
 
 
+def the_page_and_the_box_are_served_on_this_machine(engine: Engine) -> None:
+    names = ("router", "world", "robot", "dashboard", "box")
+    engine.compose("--profile", "box", "up", "--no-build", "--detach", *names, ROBOTS="2")
+    page, box = "zenoh-swarm_dashboard_1", "zenoh-swarm_box_1"
+    await_log(engine, page, "dashboard: http://")
+    with urlopen("http://127.0.0.1:9090", timeout=PATIENCE) as answer:
+        assert "?url=rerun%2Bhttp://127.0.0.1:9876/proxy" in answer.url
+        assert b"Rerun" in answer.read()
+    assert answers(9876), "the data of the page"
+    await_log(engine, box, "box: http://")
+    (address,) = re.findall(r"box: (http://127\S+)", engine.logs(box))
+    with urlopen(address, timeout=PATIENCE) as answer:
+        assert b"<title>" in answer.read()
+    for name in (page, box):
+        assert engine.podman("healthcheck", "run", name) == "", f"{name} is healthy"
+        engine.podman("stop", name)
+        assert engine.state(name)["ExitCode"] == 0
+
+
 def a_process_that_hangs_is_unhealthy(engine: Engine) -> None:
     engine.podman("run", "--detach", "--name", "router", *OPTIONS, "--entrypoint", "swarm", "zenoh-swarm-world",
                  "router", "--listen", "tcp/0.0.0.0:7447", "--insecure")  # fmt: skip
@@ -159,6 +180,7 @@ CHECKS: Final[tuple[Callable[[Engine], None], ...]] = (
     no_kernel_is_compiled_at_start,
     partial(compose_runs_a_mission_and_what_is_killed_goes_on, robots=3),
     partial(compose_runs_a_mission_and_what_is_killed_goes_on, robots=8),
+    the_page_and_the_box_are_served_on_this_machine,
     a_process_that_hangs_is_unhealthy,
     a_fleet_with_keys_completes_its_mission,
 )
@@ -168,7 +190,7 @@ def test_what_is_delivered_is_built_and_runs() -> None:
     """One test, since the images are built once: tests of a module may run in several processes."""
     # podman starts nothing again in a folder whose path is long
     with TemporaryDirectory(dir="/var/tmp") as folder, Engine(Path(folder)) as engine:
-        engine.build("robot", "world")
+        engine.build("robot", "world", "dashboard")
         for check in CHECKS:
             check(engine)
             engine.clear()
