@@ -31,6 +31,8 @@ class SealedBroadcast(Broadcast, frozen=True, kw_only=True):
 
 
 FIELDS: Final = Decoder(dict[str, Raw])
+MAP_16: Final = b"\xde"  # what a map of 16 fields or more begins with, before its size of two bytes
+VERSION: Final = b"\xa1v"  # the text `v`
 SEALED: Final = Decoder(SealedBroadcast)
 OTHER_FIELDS: Final = tuple(name for name in Broadcast.__struct_fields__ if name != "traffic")
 
@@ -55,7 +57,7 @@ def decode(payload: bytes, kind: type[M], limit: int, as_json: bool = False) -> 
     if len(payload) > limit:
         raise PeerError(f"{kind.__name__.lower()}: expected at most {limit} bytes, got {len(payload)}")
     try:
-        if "v" not in (json.decode(payload, type=dict[str, Raw]) if as_json else FIELDS.decode(payload)):
+        if not (_has_version_in_json(payload) if as_json else _has_version(payload)):
             # the decoders of messages would let it be missing
             raise ValidationError("expected a version, `v`, got none")
         if as_json:
@@ -65,6 +67,16 @@ def decode(payload: bytes, kind: type[M], limit: int, as_json: bool = False) -> 
         raise PeerError(f"{kind.__name__.lower()}: {fault if as_json else _reason(payload, fault)}") from None
     found: M = message
     return found
+
+
+def _has_version(payload: bytes) -> bool:
+    """Return True if a map has the field `v`: this project's programs send it first."""
+    first = payload[3:5] if payload[:1] == MAP_16 else payload[1:3]
+    return first == VERSION or "v" in FIELDS.decode(payload)
+
+
+def _has_version_in_json(payload: bytes) -> bool:
+    return "v" in json.decode(payload, type=dict[str, Raw])
 
 
 @cache

@@ -1,6 +1,8 @@
 """Turns an item of the inbox into a checked arrival: it splits the key into its parts and decodes the payload."""
 
 import re
+from collections.abc import Mapping
+from functools import lru_cache
 from typing import Any, Final
 
 import zenoh
@@ -12,6 +14,7 @@ from swarm.errors import PeerError, SwarmError
 from swarm.messages import Topic
 
 ID: Final = re.compile(r"^[A-Za-z0-9_.:-]{1,64}\Z")
+KEYS: Final = 4096  # whose parts are remembered: a process hears the same keys all the time
 
 Item = tuple[Any, ...]  # "sample", "query", "token" or "link", and what Zenoh gave
 
@@ -101,14 +104,24 @@ def presence(prefix: str, key: str, *, alive: bool) -> Presence:
 
 
 def _ids(prefix: str, topic: Topic[Any], key: str) -> dict[str, str]:
-    names, chunks = topic.key.split("/"), key.removeprefix(prefix).split("/")
+    """Return the variable parts of a topic's key.
+
+    Raises:
+        PeerError: the key is none of that topic.
+    """
+    return dict(_parts(prefix, topic.key, key))
+
+
+@lru_cache(KEYS)
+def _parts(prefix: str, pattern: str, key: str) -> Mapping[str, str]:
+    names, chunks = pattern.split("/"), key.removeprefix(prefix).split("/")
     if len(names) != len(chunks):
-        raise PeerError(f"{key}: expected the key {prefix}{topic.key}")
+        raise PeerError(f"{key}: expected the key {prefix}{pattern}")
     ids = {}
     for name, chunk in zip(names, chunks, strict=True):
         if not name.startswith("{"):
             if name != chunk:
-                raise PeerError(f"{key}: expected the key {prefix}{topic.key}")
+                raise PeerError(f"{key}: expected the key {prefix}{pattern}")
         elif not ID.match(chunk):
             raise PeerError(f"{key}: expected an id of letters, digits and _ . : -, got {chunk!r}")
         else:

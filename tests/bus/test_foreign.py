@@ -46,8 +46,15 @@ def test_who_comes_late_gets_what_is_kept_and_no_more_after_it_is_withdrawn(endp
         watching = other.liveliness().declare_subscriber("@there/**", tokens.put, history=True)
         session.announce(f"@there/{session.id}")
         session.offer("kept", kept=1)
+        session.offer("after")
+        after: SimpleQueue[zenoh.Sample] = SimpleQueue()
+        first = other.declare_subscriber("after", after.put)
+        while not session.is_heard("after"):
+            list(other.liveliness().get("@nobody/*", timeout=PATIENCE))  # the router has answered
         for number in range(3):
             session.send("kept", bytes([number]), b"attached")
+        session.send("after", b"", None)
+        after.get(timeout=PATIENCE)  # so those before it are not on their way any more
 
         heard: SimpleQueue[zenoh.Sample] = SimpleQueue()
         late = zenoh.ext.HistoryConfig(detect_late_publishers=True)
@@ -60,6 +67,7 @@ def test_who_comes_late_gets_what_is_kept_and_no_more_after_it_is_withdrawn(endp
         session.withdraw(f"@there/{session.id}")
         assert [tokens.get(timeout=PATIENCE).kind for _ in range(2)] == [zenoh.SampleKind.PUT, zenoh.SampleKind.DELETE]
         assert heard.empty()
+        first.undeclare()  # type: ignore[no-untyped-call]
         watching.undeclare()  # type: ignore[no-untyped-call]
         listening.undeclare()  # type: ignore[no-untyped-call]
 

@@ -2,12 +2,13 @@
 
 from typing import Any
 
+import msgpack
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from swarm.bus.arrivals import Arrival, Link, Presence
-from swarm.bus.codec import encode
+from swarm.bus.codec import decode, encode
 from swarm.bus.opening import ID, opened
 from swarm.errors import PeerError
 from swarm.messages import CLOCK, COMMAND, EVENT, MAP, PLAN, RADIO, SENSE, STATE, TRUTH, Plan, Topic
@@ -67,6 +68,19 @@ WRONG = {
 def test_a_key_that_does_not_fit_its_topic_is_refused(key: str, says: str) -> None:
     with pytest.raises(PeerError, match=says):
         opened(PREFIX, ("sample", PLAN, PREFIX + key, PLAN_OF_R1))
+
+
+NAMES = st.lists(st.one_of(st.sampled_from(["v", "\xa1v", "vv"]), st.text(max_size=2)), max_size=20, unique=True)
+
+
+@given(names=NAMES)
+def test_a_message_without_a_version_is_refused_wherever_the_version_would_be(names: list[str]) -> None:
+    fields = dict.fromkeys(names, "v") | {"robot": "r1", "run": 0, "tick": 3, "points": []}
+    fields.pop("v", None)
+    with pytest.raises(PeerError, match="expected a version, v, got"):
+        decode(msgpack.packb(fields), Plan, PLAN.limit)
+    for whole in ({"v": 1} | fields, fields | {"v": 1}):
+        assert decode(msgpack.packb(whole), Plan, PLAN.limit).tick == 3
 
 
 def test_the_link_of_another_fleet_is_no_key_of_this_one() -> None:
