@@ -39,32 +39,29 @@ def table() -> str:
         "robots", "engine", "floors", "routers and hosts", "worlds", "cores for robots, worlds, routers",
         "robots' memory [GB]", "messages a second into routers, out of them", "Mbit/s into, out of", "measured",
     )  # fmt: skip
+    asked = "senses and commands [1/s]"
     body = []
     for robots, setting in SIZES.items():
-        sparse, crowded = (measured[f"{name}: {robots:,}"] for name in (SPARSE, CROWDED))
-
-        def span(*columns: str, sparse: dict[str, str] = sparse, crowded: dict[str, str] = crowded) -> str:
-            low, high = (sum(_number(of[column]) for column in columns) for of in (sparse, crowded))
-            low, high = sorted((low, high))
-            return _text(low) if low == high else f"{_text(low)} to {_text(high)}"
-
-        asked = "senses and commands [1/s]"
+        of = [measured[f"{name}: {robots:,}"] for name in (SPARSE, CROWDED)]
+        cores = _span(of, "cores for robots", "for the world", "for routers")
+        said = f"{_span(of, 'broadcasts sent [1/s]', asked)}; {_span(of, 'delivered [1/s]', asked)}"
+        sent = f"{_span(of, 'into the routers [Mbit/s]')}; {_span(of, 'out of them [Mbit/s]')}"
         body.append((
-            f"{robots:,}", setting.engine, setting.floors, span("hosts of 8 cores, 50% of each"),
-            span("worlds, 50% of a core each"), span("cores for robots", "for the world", "for routers"),
-            span("robots' own memory [GB]"),
-            f"{span('broadcasts sent [1/s]', asked)}; {span('delivered [1/s]', asked)}",
-            f"{span('into the routers [Mbit/s]')}; {span('out of them [Mbit/s]')}", setting.measured,
+            f"{robots:,}", setting.engine, setting.floors, _span(of, "hosts of 8 cores, 50% of each"),
+            _span(of, "worlds, 50% of a core each"), cores, _span(of, "robots' own memory [GB]"), said, sent,
+            setting.measured,
         ))  # fmt: skip
     return rows(head, *body)
 
 
+def _span(of: list[dict[str, str]], *columns: str) -> str:
+    """Return the sum of some columns, from the smaller to the larger of two rows."""
+    low, high = sorted(sum(float(row[column].replace(",", "")) for column in columns) for row in of)
+    return _text(low) if low == high else f"{_text(low)} to {_text(high)}"
+
+
 def _text(number: float) -> str:
     return f"{number:,.0f}" if number >= 100 or number == int(number) else f"{number:.1f}"
-
-
-def _number(text: str) -> float:
-    return float(text.replace(",", ""))
 
 
 def _rows() -> dict[str, dict[str, str]]:

@@ -10,6 +10,7 @@ import psutil
 import pytest
 
 from swarm.bus import Endpoint
+from swarm.bus.router import Links
 from tests.launch.actors import FAREWELL
 
 pytestmark = pytest.mark.processes
@@ -30,3 +31,29 @@ def test_it_ends_when_any_of_its_threads_gets_the_signal(thread: str) -> None:
             assert router.wait(FAREWELL) == 0
         finally:
             router.kill()
+
+
+def test_links_that_do_not_come_are_said_once() -> None:
+    others = [Endpoint("10.0.0.1", 7447), Endpoint("10.0.0.2", 7447)]
+    links = Links(others, 0.0)
+    late = ("for 5 s, expected 2 at tcp/10.0.0.1:7447, tcp/10.0.0.2:7447; is each of them running, "
+            "reachable from here, and of the same keys? This one goes on trying")  # fmt: skip
+    told = [
+        (0, 4.9, None),
+        (0, 5.0, f"linked with 0 other routers {late}"),
+        (0, 99.0, None),
+        (1, 100.0, "linked with 1 other router"),
+        (1, 104.9, None),
+        (1, 105.0, f"linked with 1 other router {late}"),
+        (2, 106.0, "linked with 2 other routers"),
+        (2, 999.0, None),
+        (3, 999.5, "linked with 3 other routers"),
+        (1, 1000.0, "linked with 1 other router"),
+        (1, 1005.0, f"linked with 1 other router {late}"),
+    ]
+    for linked, now, expected in told:
+        assert links.said(linked, now) == expected, now
+    alone = Links((), 0.0)
+    assert [alone.said(linked, now) for linked, now in ((0, 9.0), (1, 10.0), (0, 11.0), (0, 99.0))] == [
+        None, "linked with 1 other router", "linked with 0 other routers", None,
+    ]  # fmt: skip

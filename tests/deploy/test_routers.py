@@ -66,8 +66,9 @@ class Fleet:
         joins = ("--join", self.place(0)) if host else ()
         free = () if self._keys else ("--insecure",)
         return self.hosts.start(
-            host, "-m", "swarm.cli", "router", *free, "--listen", self.place(host), *joins, *self._keys
-        )
+            host, "-m", "swarm.cli", "router", *free, "--listen", self.place(host), *joins, *self._keys,
+            stdout=subprocess.PIPE,
+        )  # fmt: skip
 
     def place(self, host: int) -> str:
         return f"{self._scheme}/{self.hosts.address(host)}:{PORT}"
@@ -93,8 +94,10 @@ def test_a_router_that_is_killed_takes_only_its_own_robots_and_they_come_back(tm
         first, second = fleet.router(0), fleet.router(1)
         world, robots = fleet.world("4"), fleet.robots()
         await_line(world, "is at target 1")
+        await_line(second, "linked with 1 other router")
         second.kill()
         second.wait()
+        await_line(first, "linked with 0 other routers")
         gone = {await_line(world, "has lost its process").split()[2] for _ in range(2)}
         assert gone == {"r3", "r4"}
         await_line(world, "is at target")
