@@ -18,9 +18,9 @@ from tests.secure.shared import fleet_keys
 from tests.shared import PAPER, scenario_of
 
 pytestmark = pytest.mark.processes
-# what a busy machine delays puts the body into cells of nobody, or lets it drive on for longer than it was told; a
-# robot that is suddenly elsewhere is there too
-LATE: Final = ("no hold without a claim", "room to brake", "no body outside")
+# what a busy machine delays puts the body into cells of nobody or of somebody, or lets it drive on for longer than it
+# was told; a robot that is suddenly elsewhere is there too
+LATE: Final = ("no hold without a claim", "takes only what is free", "room to brake", "no body outside")
 
 
 @pytest.mark.long("the paper's mission in real time")
