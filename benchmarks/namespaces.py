@@ -104,4 +104,7 @@ class Hosts:
 def end(process: subprocess.Popen[str]) -> int:
     """End a process with SIGTERM, and return its exit status."""
     process.terminate()
-    return process.wait(PARTING)
+    status = process.wait(PARTING)
+    if process.stdout is not None:
+        process.stdout.close()
+    return status

@@ -96,7 +96,7 @@ def test_a_router_that_is_killed_takes_only_its_own_robots_and_they_come_back(tm
         await_line(world, "is at target 1")
         await_line(second, "linked with 1 other router")
         second.kill()
-        second.wait()
+        second.communicate()
         await_line(first, "linked with 0 other routers")
         gone = {await_line(world, "has lost its process").split()[2] for _ in range(2)}
         assert gone == {"r3", "r4"}
