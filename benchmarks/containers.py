@@ -7,7 +7,6 @@ the same as processes of this machine.
 """
 
 import argparse
-import json
 import subprocess
 import sys
 from collections.abc import Callable, Iterator, Sequence
@@ -15,7 +14,7 @@ from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory, gettempdir
 from time import perf_counter
-from typing import Any, Final, NamedTuple
+from typing import Final, NamedTuple
 from uuid import uuid4
 
 from benchmarks.measure import load, machine, printed
@@ -23,14 +22,13 @@ from benchmarks.namespaces import end
 from dashboard.mode import answers
 from swarm.bus import Arrival, Bus, Endpoint, Presence
 from swarm.messages import COMMAND
-from tests.deploy.engine import Engine, lacking
+from tests.deploy.engine import CONFINED, Engine, lacking
 
 ROUNDS: Final = 5
 SIZES: Final = {"robot": 450, "world": 600, "dashboard": None}  # MB at most
 LATEST: Final = {"robot": 3.0, "world": None, "dashboard": None}  # s, from the start of a container to its work
 FLEET: Final = "containers"
 PATIENCE: Final = 60.0  # s
-CONFINED: Final = ("--cap-drop", "ALL", "--security-opt", "no-new-privileges", "--read-only", "--tmpfs", "/tmp")
 
 Start = Callable[[Sequence[str]], Callable[[], object]]  # of a process with these options; it returns how to end it
 
@@ -144,7 +142,7 @@ def main() -> int:
         engine.build(*ROLES)
 
         def size(role: str) -> Sequence[str]:
-            mega = [facts(engine, image)["Size"] / 1e6 for image in (f"zenoh-swarm-{role}", "swarm-base")]
+            mega = [engine.image(image)["Size"] / 1e6 for image in (f"zenoh-swarm-{role}", "swarm-base")]
             return *(f"{one:.0f}" for one in mega), judged(role, mega[0], SIZES[role])
 
         printed(("image", "MB", "its base", "bar"), [(role, lambda role=role: size(role)) for role in ROLES])  # type: ignore[misc]
@@ -162,12 +160,6 @@ def main() -> int:
     if wrong:
         print(f"beyond a bar: {', '.join(wrong)}")
     return int(bool(wrong))
-
-
-def facts(engine: Engine, image: str) -> dict[str, Any]:
-    """Return what the engine says of an image."""
-    (found,) = json.loads(engine.podman("image", "inspect", image))
-    return dict(found)
 
 
 if __name__ == "__main__":

@@ -51,7 +51,10 @@ class Errand:
             PeerError: the answer does not say what it is of.
         """
         if answer.number is None or answer.run is None:
-            raise PeerError(f"{robot}: order: expected an answer with `number` and `run`, got {answer}")
+            raise PeerError(
+                f"{robot}: order: expected an answer with `number` and `run`, got {answer}; the world has taken it, but "
+                "is of an older version: replace the world first"
+            )
         return cls(robot, order, answer.number, answer.run)
 
     @property

@@ -18,6 +18,9 @@ BASE: Final = "localhost/swarm-base"
 NEEDED: Final = "python3,python3-venv,python-is-python3,ca-certificates"  # what the Dockerfile takes from its base
 LEFT_OUT: Final = ("/usr/share/doc/*", "/usr/share/man/*", "/usr/share/locale/*")
 PATIENCE: Final = 900  # s for a build
+CONFINED: Final = (  # of every container of compose.yaml, as podman says them
+    "--cap-drop", "ALL", "--security-opt", "no-new-privileges", "--read-only", "--tmpfs", "/tmp",
+)  # fmt: skip
 
 
 def lacking() -> str | None:
@@ -106,6 +109,12 @@ class Engine:
         base.unlink()
         flags = " ".join(["--pull-never", *(f"-v {path}:{path}:ro" for path in pip_reads())])
         self.run("make", "images", f"BASE={BASE}", f"ROLES={' '.join(roles)}", f"BUILD={flags}")
+
+    def image(self, name: str) -> dict[str, Any]:
+        """Return what podman says of an image."""
+        (found,) = json.loads(self.podman("image", "inspect", name))
+        facts: dict[str, Any] = found
+        return facts
 
     def state(self, container: str) -> dict[str, Any]:
         """Return what podman says of a container."""

@@ -16,15 +16,12 @@ import pytest
 
 from dashboard.mode import answers
 from swarm.secure.names import ROUTER, WORLD
-from tests.deploy.engine import Engine, lacking
+from tests.deploy.engine import CONFINED, Engine, lacking
 
 REASON: Final = lacking()  # what it takes is only looked for here
 PATIENCE: Final = 120.0  # s for what one waits for
 LARGEST: Final = {"robot": 450, "world": 600}  # MB
 COMPILES: Final = re.compile(r"\[cache\] data (loaded|saved)")  # what numba says of a kernel with NUMBA_DEBUG_CACHE=1
-OPTIONS: Final = (  # of every container of compose.yaml, as podman says them
-    "--cap-drop", "ALL", "--security-opt", "no-new-privileges", "--read-only", "--tmpfs", "/tmp",
-)  # fmt: skip
 
 pytestmark = [
     pytest.mark.processes,
@@ -72,7 +69,7 @@ def assert_passed(report: dict[str, Any], robots: int) -> None:
 
 def images_are_small_and_say_what_they_are(engine: Engine) -> None:
     for role, most in LARGEST.items():
-        (image,) = json.loads(engine.podman("image", "inspect", f"zenoh-swarm-{role}"))
+        image = engine.image(f"zenoh-swarm-{role}")
         assert image["Size"] < most * 10**6, f"{role}: {image['Size'] / 10**6:.0f} MB"
         labels = image["Config"]["Labels"]
         assert labels["org.opencontainers.image.title"] == "zenoh-swarm"
@@ -83,7 +80,7 @@ def images_are_small_and_say_what_they_are(engine: Engine) -> None:
 def no_kernel_is_compiled_at_start(engine: Engine) -> None:
     for role in LARGEST:
         said = engine.podman(
-            "run", "--rm", "--network", "none", *OPTIONS, "--env", "NUMBA_DEBUG_CACHE=1", "--entrypoint", "python",
+            "run", "--rm", "--network", "none", *CONFINED, "--env", "NUMBA_DEBUG_CACHE=1", "--entrypoint", "python",
             f"zenoh-swarm-{role}", "-m", "swarm.compiled",
         )  # fmt: skip
         words = COMPILES.findall(said)
@@ -134,7 +131,7 @@ def the_page_and_the_box_are_served_on_this_machine(engine: Engine) -> None:
 
 
 def a_process_that_hangs_is_unhealthy(engine: Engine) -> None:
-    engine.podman("run", "--detach", "--name", "router", *OPTIONS, "--entrypoint", "swarm", "zenoh-swarm-world",
+    engine.podman("run", "--detach", "--name", "router", *CONFINED, "--entrypoint", "swarm", "zenoh-swarm-world",
                  "router", "--listen", "tcp/0.0.0.0:7447", "--insecure")  # fmt: skip
     check = (
         "exec",
@@ -153,7 +150,7 @@ def a_fleet_with_keys_completes_its_mission(engine: Engine) -> None:
     engine.podman("network", "create", "secure")
     engine.podman("volume", "create", "keys")
     engine.podman(
-        "run", "--rm", *OPTIONS, "--network", "none", "--volume", "keys:/keys", "--entrypoint", "swarm",
+        "run", "--rm", *CONFINED, "--network", "none", "--volume", "keys:/keys", "--entrypoint", "swarm",
         "zenoh-swarm-world", "keys", "/keys/fleet", f"--robots={len(robots)}", "--host=secure-router",
     )  # fmt: skip
     (found,) = json.loads(engine.podman("volume", "inspect", "keys"))
@@ -162,7 +159,7 @@ def a_fleet_with_keys_completes_its_mission(engine: Engine) -> None:
 
     def start(name: str, member: str, role: str, *words: str, entry: tuple[str, ...] = (), state: bool = False) -> None:
         volumes = ["--volume", f"{folder / member}:/keys/{member}:ro", *(["--volume", "state:/state"] * state)]
-        engine.podman("run", "--detach", "--name", name, *OPTIONS, "--network", "secure", *volumes, *entry,
+        engine.podman("run", "--detach", "--name", name, *CONFINED, "--network", "secure", *volumes, *entry,
                      f"zenoh-swarm-{role}", *words)  # fmt: skip
 
     start("secure-router", ROUTER, "world", "router", "--listen=tls/0.0.0.0:7447", "--secure=/keys",

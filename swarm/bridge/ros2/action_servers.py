@@ -62,7 +62,8 @@ class ActionServers:
         self._goals = {action: Goals() for action in NAVIGATION}
         self.newest = 0  # number of the last order that the world has taken from ROS
         self._begun = self._told = 0.0  # s, when a goal was accepted last, and when feedback was sent
-        self._seen: tuple[Pose, float, int] | None = None  # the robot's pose, its top speed [m/s], and the stamp [ns]
+        # of the last feedback: the robot's pose, its top speed [m/s] and the stamp [ns]
+        self._seen: tuple[Pose, float, int] | None = None
         self._trees = False  # it was said that behaviour trees are ignored
 
     def heed(self, at: int) -> None:
@@ -96,8 +97,11 @@ class ActionServers:
     def tell(self, pose: Pose, speed: float, at: int) -> None:
         """Send feedback if it is time for it; the robot's pose, its top speed [m/s] and now [ns] are given."""
         under_way = [(action, goal) for action, goals in self._goals.items() for goal in goals.open]
+        if not under_way:
+            self._seen = None
+            return
         now = monotonic()
-        if not under_way or (now - self._told < EVERY and now - self._begun > FIRST):
+        if now - self._told < EVERY and now - self._begun > FIRST:
             return
         self._told, self._seen = now, (pose, speed, at)
         for action, goal in under_way:
