@@ -52,8 +52,8 @@ class Errand:
         """
         if answer.number is None or answer.run is None:
             raise PeerError(
-                f"{robot}: order: expected an answer with `number` and `run`, got {answer}; the world has taken it, but "
-                "is of an older version: replace the world first"
+                f"{robot}: order: expected an answer with `number` and `run`, got {answer}; the world has taken it, "
+                "but is of an older version: replace the world first"
             )
         return cls(robot, order, answer.number, answer.run)
 
