@@ -11,9 +11,9 @@ RUN apt-get update && apt-get install --yes --no-install-recommends binutils && 
     && python -m venv /opt/pip && python -m venv --without-pip /opt/swarm
 WORKDIR /src
 COPY pyproject.toml requirements.lock ./
-COPY swarm/__init__.py swarm/errors.py swarm/installed.py swarm/
+COPY swarm/__init__.py swarm/errors.py swarm/installation.py swarm/
 # The libraries first, in a layer of their own, so that a change of the code does not install them again.
-RUN python -m swarm.installed > needed.txt \
+RUN python -m swarm.installation > needed.txt \
     && /opt/pip/bin/pip --python /opt/swarm/bin/python install --constraint requirements.lock --requirement needed.txt \
     && find /opt/swarm/lib -type d -name tests -path '*/site-packages/*' -prune -exec rm -rf {} + \
     && find /opt/swarm/lib -name '*.so' -size +4M -not -path '*.libs/*' -exec strip --strip-unneeded {} +
@@ -25,7 +25,7 @@ COPY README.md LICENSE ./
 RUN /opt/pip/bin/pip --python /opt/swarm/bin/python install --no-deps .
 # In /src, Python would take and compile the package of /src instead of the installed one.
 WORKDIR /
-RUN /opt/swarm/bin/python -m swarm.compiled
+RUN /opt/swarm/bin/python -m swarm.kernels
 
 FROM build-robot AS build-world
 RUN /opt/pip/bin/pip --python /opt/swarm/bin/python install --constraint /src/requirements.lock zenoh-swarm

@@ -7,8 +7,11 @@ ROLES := robot world dashboard
 WORKERS := $(shell echo $$((2 * $$(getconf _NPROCESSORS_ONLN))))  # tests with processes mostly wait
 PYTEST := $(BIN)/python -m pytest -q -n $(WORKERS) --dist worksteal
 
+# every process of a fleet would compile every module anew
+unexport PYTHONDONTWRITEBYTECODE
+
 .DEFAULT_GOAL := help
-.PHONY: help setup run test test-all check format bench docs release images mutants compiled lock clean
+.PHONY: help setup run test test-all check check-costs format bench docs release images mutants lock clean
 
 help:  ## list these commands
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 10
@@ -20,7 +23,7 @@ $(READY): pyproject.toml requirements.lock
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -r requirements.lock
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --editable .
-	@$(BIN)/python -m swarm.compiled
+	@$(BIN)/python -m swarm.kernels
 	@touch $@
 
 run: $(READY)  ## run the paper's mission with four robots and show it in Rerun
@@ -31,6 +34,9 @@ test: $(READY)  ## run the tests, whole missions over processes included: minute
 
 test-all: test  ## run the long tests too, and every law with more examples
 	$(PYTEST) -m "long or hypothesis" --hypothesis-profile all
+
+check-costs: $(READY)  ## run the tests of `make test` and list those that take most processor time
+	$(PYTEST) -m "not long" --costs
 
 check: $(READY)  ## run lint, types and the quick tests
 	$(BIN)/ruff check .
@@ -65,16 +71,6 @@ mutants: $(READY)  ## change the code of claims and joint plans a little, and li
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --constraint requirements.lock --editable '.[mutants]'
 	$(BIN)/mutmut run
 	$(BIN)/mutmut results
-
-compiled:  ## make a second environment with the compiled package, for long storms and many robots
-	@command -v $${CC:-cc} > /dev/null || { echo "make compiled needs a C compiler, such as gcc; the plain package of make setup does the same, slower" >&2; exit 1; }
-	$(PYTHON) -m venv $(VENV)-compiled
-	$(VENV)-compiled/bin/python -m pip install --quiet --disable-pip-version-check -r requirements.lock
-	rm -rf build
-	SWARM_COMPILE=1 $(VENV)-compiled/bin/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --force-reinstall .
-	rm -rf build
-	@cd / && $(CURDIR)/$(VENV)-compiled/bin/python -m swarm.compiled
-	@echo "run $(VENV)-compiled/bin/swarm in place of $(BIN)/swarm; after a change of the code: make compiled"
 
 lock:  ## pin the newest versions in requirements.lock (commit the result)
 	$(PYTHON) -m venv $(VENV)-lock

@@ -26,7 +26,7 @@ from swarm.messages import (
     RobotAction,
     RobotDo,
 )
-from swarm.scenario.starts import names
+from swarm.scenario.starts import robot_names
 
 OUTSIDE: Final = (-9.0, -9.0)  # m
 BORDER: Final = [Edit(kind=kind, low=(0.05, 0.05), high=(0.1, 0.1)) for kind in (Kind.OBSTACLE, Kind.WALL)]
@@ -56,7 +56,7 @@ def requests(bus: Bus, robots: int, chance: Random) -> dict[str, Callable[[], ob
     numbers, borders = count(), cycle(BORDER)
     (truth,) = bus.fetch(TRUTH)
     starts = [(body.x, body.y) for body in truth.bodies]
-    fleet = names(robots)
+    fleet = robot_names(robots)
     stops = {name: cycle((RobotDo.STOP, RobotDo.GO_ON)) for name in fleet}
 
     def name() -> str:

@@ -36,10 +36,10 @@ from swarm.fuzzy import load_profile
 from swarm.maps.text import from_text
 from swarm.messages import CLOCK, EVENT, MAP, PLAN, STATE, TRUTH, Clock, Map, Message, Phase, Sense, Topic
 from swarm.robot.brain import Inputs, Outputs, Robot
-from swarm.scenario.load import Scenario, checked
+from swarm.scenario.load import Scenario, check_values
 from tests.dashboard.browsing import LACKS, PROGRAM, browser
 from world.simulate import Simulation, Tick
-from world.views.truth import truth
+from world.views.truth import make_truth
 
 RATE: Final = 20  # Hz, control steps
 FLEET: Final = "bench"
@@ -82,9 +82,9 @@ class Spoken:
         self._robot = robot
         self.outputs: Outputs | None = None
 
-    def missed(self, sense: Sense) -> bool:
+    def has_missed_edits(self, sense: Sense) -> bool:
         """Return True if the robot's floor is older than that of the sense."""
-        return self._robot.missed(sense)
+        return self._robot.has_missed_edits(sense)
 
     def step(self, inputs: Inputs) -> Outputs:
         """Step the robot."""
@@ -128,7 +128,7 @@ def scenario(robots: int) -> Scenario:
         "radio": {"range": 8.0},
     }
     assert drawn.count("#") >= WALLS
-    return Scenario(checked(raw, "racks"), from_text(drawn, CELL), load_profile("paper"))
+    return Scenario(check_values(raw, "racks"), from_text(drawn, CELL), load_profile("paper"))
 
 
 class Played:
@@ -149,7 +149,7 @@ class Played:
             if tick % RATE == 0:
                 sent.append((CLOCK, self._clock(tick), {}))
             if tick % round(RATE / TRUTH.rate) == 0:
-                sent.append((TRUTH, replace(truth(world), run=0, tick=tick), {}))
+                sent.append((TRUTH, replace(make_truth(world), run=0, tick=tick), {}))
             self.ticks.append(sent)
 
     def besides(self, tick: Tick) -> list[Sent]:

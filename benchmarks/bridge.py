@@ -32,7 +32,7 @@ from benchmarks.dashboard import WARM_UP, router
 from benchmarks.measure import machine, printed
 from swarm.bus import Bus, Endpoint
 from swarm.messages import SENSE, Message, Topic
-from swarm.scenario.starts import names
+from swarm.scenario.starts import robot_names
 from tests.bridge.ros2.foreign import Client, client_session, placed, uuid
 from tests.launch.actors import Fleet
 from world.simulate import Tick
@@ -155,7 +155,7 @@ def accepted(robots: int, goals: int) -> Sequence[str]:
         client_session(fleet.endpoint) as session,
     ):
         fleet.await_line("running")
-        client = Client(session, 0, names(robots)[0])
+        client = Client(session, 0, robot_names(robots)[0])
         waits = []
         for number in range(goals):
             start = perf_counter()

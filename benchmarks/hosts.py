@@ -21,7 +21,7 @@ import yaml
 from benchmarks.measure import load, machine, printed
 from benchmarks.namespaces import Hosts, lacking
 from swarm.bus import Endpoint
-from swarm.scenario.starts import names
+from swarm.scenario.starts import robot_names
 
 HALL: Final = 14.0  # m, each side of a hall
 APART: Final = 22.0  # m between two halls: more than a zone of the radio and those around it
@@ -101,7 +101,7 @@ def run(layout: Layout, floor: dict[str, Any] | None = None) -> Measured:
             0, "-m", "swarm.cli", "world", str(file), "--robots", str(robots), "--pace", layout.pace, *limit,
             "--report", str(report), "--record", str(report.with_suffix(".swarm")), *words,
         )  # fmt: skip
-        for number, name in enumerate(names(robots)):
+        for number, name in enumerate(robot_names(robots)):
             host = number % layout.hosts if layout.mixed else number // layout.robots
             words = ["--id", name, "--connect", places[host], "--fleet", FLEET, "--once"]
             hosts.start(host, "-m", "swarm.cli", "robot", *words)

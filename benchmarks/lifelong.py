@@ -22,7 +22,7 @@ from swarm.maps.occupancy import Point
 from swarm.messages import PoolTargets
 from swarm.scenario.benchmark import from_benchmark
 from swarm.scenario.load import Scenario
-from swarm.scenario.prepare import settled
+from swarm.scenario.prepare import settle_lattice
 from swarm.traffic.lattice.distances import FAR
 from swarm.traffic.lattice.placement import cells_of
 from world.simulate import Simulation
@@ -52,7 +52,7 @@ def scenario_of(name: str, pool: Sequence[Point], poses: Sequence[Pose] | None =
     settings = msgspec.structs.replace(
         given.settings, own_targets=[], pool=list(pool), return_home=True, patrol=False, start=start
     )
-    return settled(Scenario(settings, given.map, given.profile))
+    return settle_lattice(Scenario(settings, given.map, given.profile))
 
 
 def places(scenario: Scenario, start: Point, seed: int) -> Iterator[Point]:
@@ -78,7 +78,7 @@ class Clerk:
         """Record what has been done in a tick, and fill the pool."""
         world = self._simulation.world
         pool = world.tasks.pool
-        for errand in pool.taken:
+        for errand in pool.taken_errands:
             if errand.name not in self._taken:
                 self._taken[errand.name] = world.time
                 self.oldest = max(self.oldest, world.time - errand.given)

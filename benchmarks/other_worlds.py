@@ -22,11 +22,11 @@ from swarm.errors import SwarmError
 from swarm.fuzzy import load_profile
 from swarm.maps.text import from_text
 from swarm.scenario.check import check
-from swarm.scenario.load import Scenario, checked
+from swarm.scenario.load import Scenario, check_values
+from swarm.storm.history.free_space import FINE, SPARE, Grid, gaps, label_spaces, steps
+from swarm.storm.workers import Lost, answers
 from world.faults import Faults
 from world.simulate import Simulation
-from world.storm.history.drawing import FINE, SPARE, Grid, gaps, spaces, steps
-from world.storm.workers import Lost, answers
 
 At = tuple[float, float]  # m
 
@@ -49,7 +49,7 @@ class Drawn(NamedTuple):
     raw: dict[str, Any]  # the scenario's file
     solid: Grid
     side: float  # m, of a square
-    spaces: NDArray[np.int64]  # pieces of the floor, as ``spaces`` counts them
+    spaces: NDArray[np.int64]  # pieces of the floor, as ``label_spaces`` counts them
     faults: Faults
 
 
@@ -70,7 +70,7 @@ def draw(seed: int) -> Drawn | None:
     solid = np.ones((rows + 2, columns + 2), np.bool_)
     chance.choice((_hall, _rooms, _maze))(solid[1:-1, 1:-1], ceil(LANE / side - 1e-9), chance)
     text = "".join("".join("#" if cell else "." for cell in row) + "\n" for row in solid[::-1])
-    free = spaces(solid, side, BODY + SPARE)
+    free = label_spaces(solid, side, BODY + SPARE)
     label = Counter(free[free > 0].tolist()).most_common(1)
     robots = chance.choice((1, 2, 2, 3, 3, 4, 4, 5, 6, 8, 10, 12))
     inside = np.argwhere(free == label[0][0])[:, ::-1].tolist() if label else []
@@ -190,7 +190,7 @@ def judge(seed: int) -> Judged | None:
     if drawn is None:
         return None
     try:
-        settings = checked(drawn.raw, "other worlds")
+        settings = check_values(drawn.raw, "other worlds")
         scenario = Scenario(settings, from_text(drawn.raw["map"]["text"], drawn.side), load_profile("paper"))
         check(scenario, settings.robots, seed)
         simulation = Simulation.of(scenario, settings.robots, seed, drawn.faults)
@@ -200,7 +200,7 @@ def judge(seed: int) -> Judged | None:
     seen: set[tuple[int, int, int]] = set()
     since, limit = 0.0, LIMIT
     try:
-        while not world.finished and world.time < limit and world.time - since < IDLE:
+        while not world.is_finished and world.time < limit and world.time - since < IDLE:
             poses = world.poses()
             track.append([pose[:2] for pose in poses])
             others.append([pose[:2] for pose in world.mover_poses()])

@@ -165,13 +165,13 @@ def robot_grid(metres: int, rounds: int) -> list[str]:
     walled[low[0] : high[0], low[1] : high[1]] = WALL
     edited = OccupancyMap(walled, floor.resolution)
     grown, ahead = grid, path.point_at(2.0)
-    assert plan(grid.changed(edited, low, high), start, goal) not in (None, path)
+    assert plan(grid.update_cells(edited, low, high), start, goal) not in (None, path)
     cases: dict[str, Callable[[], object]] = {
         "grow": lambda: Grid.grown(floor, radius, margin, resolution),
         "plan": lambda: plan(Grid.grown(floor, radius, margin, resolution), start, goal),
         "again": lambda: plan(grown, start, goal),
-        "changed": lambda: grown.changed(edited, low, high),
-        "replan": lambda: plan(grown.changed(edited, low, high), start, goal),
+        "changed": lambda: grown.update_cells(edited, low, high),
+        "replan": lambda: plan(grown.update_cells(edited, low, high), start, goal),
         "discs": lambda: plan(grown.with_discs([path.point_at(path.length / 2)], radius), start, goal),
         "line": lambda: [line_is_free(grown, start, ahead) for _ in range(100)],
     }

@@ -2,7 +2,7 @@
 
 Each row is printed as soon as it is measured, with the load of the machine. Without a table's option all are made:
 
-* ``--one-process``: each fleet in one process; ``--python .venv-compiled/bin/python`` takes the compiled package.
+* ``--one-process``: each fleet in one process; ``--python`` takes the package of another environment.
 * ``--lockstep``: each fleet over processes, as fast as it can. The benchmark listens to the fleet's clock and reads the
   CPU time of all processes at two ticks, so the start is not counted. A row shows CPU time per robot and tick (robots,
   world, router and launcher together), before the work on it began and now, and who uses it; simulated over wall time,

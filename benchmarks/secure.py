@@ -18,7 +18,7 @@ import psutil
 
 from benchmarks.measure import machine, table
 from swarm.bus import Bus, Endpoint
-from swarm.scenario.starts import names
+from swarm.scenario.starts import robot_names
 from swarm.secure.keys import make
 from swarm.secure.names import WATCHER
 
@@ -56,7 +56,7 @@ def ran(case: str, robots: int, keys: Path, folder: Path) -> Ran:
         router = start("router", "--listen", endpoint, *secure)
         with Bus(Endpoint.parse(endpoint, keys if secure else None, WATCHER), "fleet"):  # as soon as the router answers
             began = cpu(router.pid)
-        for name in names(robots):
+        for name in robot_names(robots):
             start("robot", "--id", name, *wire)
         world = ("world", "paper", "--robots", str(robots), "--seed", "7", "--pace", "max", "--report", str(report))
         start(*world, *wire).wait()
@@ -74,7 +74,7 @@ def main() -> None:
     runs: dict[str, list[Ran]] = {case: [] for case in CASES}
     with TemporaryDirectory() as folder:
         keys = Path(folder) / "keys"
-        make(keys, names(options.robots), [], 1.0)
+        make(keys, robot_names(options.robots), [], 1.0)
         for _ in range(options.repeat):
             for case, done in runs.items():
                 done.append(ran(case, options.robots, keys, Path(folder)))

@@ -19,7 +19,7 @@ import psutil
 from benchmarks.measure import load, machine, table
 from benchmarks.scaling.fleets import clocks, connected, fleet, forked
 from benchmarks.scaling.rows import Row
-from swarm.scenario.shipped import found
+from swarm.scenario.shipped_scenarios import find_scenario
 
 START: Final = [0.8, 0.8, 19.0, 12.0]  # m, nearly the whole floor: it takes many robots
 EVERY: Final = 60.0  # s, simulated
@@ -42,7 +42,7 @@ def own(process: psutil.Process) -> float:
 
 def soaked(robots: int, seconds: float, pace: str, folder: Path) -> Soaked:
     """Run a fleet on patrol for some simulated seconds."""
-    depot = found(Path("depot"))
+    depot = find_scenario(Path("depot"))
     scenario = folder / "depot.yaml"
     raw = msgspec.yaml.decode(depot.read_bytes()) | {"patrol": True, "limit": seconds, "robots": robots}
     raw["start"]["area"] = START

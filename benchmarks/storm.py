@@ -1,8 +1,7 @@
 """Storm: random worlds held against the laws, how often they fail, and whether a seed means the same run again.
 
 ``--share 1`` runs all seeds that are needed to accept a version; the default is a small share. Seeds begin at
-``--start``: use seeds that nobody has looked at yet. ``--python .venv-compiled/bin/python`` runs the compiled package
-(`make compiled`).
+``--start``: use seeds that nobody has looked at yet. ``--python`` runs the package of another environment.
 """
 
 import argparse

@@ -23,13 +23,13 @@ from typing import Final
 
 from benchmarks.measure import load, machine, printed
 from benchmarks.wire import ROOT, patrol
+from swarm.blackbox.explain.tape_moment import Taped
+from swarm.blackbox.replay.replay import replay_tape
 from swarm.scenario.load import load as loaded
-from world.explain.taped import Taped
+from swarm.tape.reader import TapeFile
+from swarm.tape.writer import Tape
 from world.fleet.publisher import floor
-from world.replay.replay import replayed
 from world.simulate import Simulation
-from world.tape.reader import TapeFile
-from world.tape.writer import Tape
 
 SIZE: Final = 5.0  # kB for a robot-minute
 SHARE: Final = 0.2  # % of a core
@@ -58,7 +58,7 @@ def recorded(fleet: str, seconds: float) -> list[str]:
         )
         head, whole = TapeFile(tape).size, tape.stat().st_size
         began = process_time()
-        replay = replayed(TapeFile(tape))
+        replay = replay_tape(TapeFile(tape))
         speed = replay.world.time / (process_time() - began)
     size = (whole - head) / 1000 / (robots * replay.world.time / 60)
     same = "all" if replay.difference is None else f"to {replay.difference.time:.2f} s"
@@ -115,9 +115,9 @@ def written(ticks: int) -> list[str]:
         for _ in range(ticks):
             commands = simulation.step().commands
             began = thread_time()
-            tape.sensed()
+            tape.note_senses()
             for name, command in commands.items():
-                tape.answered(world.number(name), command, command.tick, world.number)
+                tape.note_answer(world.number(name), command, command.tick, world.number)
             tape.step()
             seconds.append(thread_time() - began)
         tape.close()

@@ -34,12 +34,12 @@ from benchmarks.measure import DATA, machine, table
 from swarm.geometry import Pose
 from swarm.scenario.benchmark import from_benchmark
 from swarm.scenario.load import Scenario, load
-from swarm.scenario.prepare import settled
+from swarm.scenario.prepare import settle_lattice
 from swarm.traffic.joint import problem as question
 from swarm.traffic.lattice.cell_map import CellMap
 from swarm.traffic.lattice.distances import FAR
 from swarm.traffic.lattice.placement import cells_of
-from swarm.traffic.mapf.planner import JointSearch, Result
+from swarm.traffic.mapf.planner import JointSearch, SearchResult
 from world.faults import Faults
 from world.simulate import Simulation
 from world.world import World
@@ -161,7 +161,7 @@ def changed(scenario: Scenario, **sections: dict[str, Any]) -> Scenario:
     for name, fields in sections.items():
         section = msgspec.structs.replace(getattr(settings, name), **fields)
         settings = msgspec.structs.replace(settings, **{name: section})
-    return settled(Scenario(settings, scenario.map, scenario.profile))
+    return settle_lattice(Scenario(settings, scenario.map, scenario.profile))
 
 
 class Ran(NamedTuple):
@@ -193,7 +193,7 @@ def run(case: Case, seed: int) -> Ran:
     cells = cells_of(scenario.map, settings)
 
     def over(world: World) -> bool:
-        return world.finished or (bool(simulation.drill.dead) and not remaining(simulation, cells))
+        return world.is_finished or (bool(simulation.drill.dead) and not remaining(simulation, cells))
 
     report = simulation.run(limit=LIMIT, watch=settling.look, over=over)
     marked = simulation.drill.struck
@@ -225,7 +225,7 @@ def timed(into: list[float]) -> type[JointSearch]:
     class Timed(JointSearch):
         begun = False
 
-        def advance(self, expansions: int) -> Result | None:
+        def advance(self, expansions: int) -> SearchResult | None:
             if not self.begun:
                 self.begun = True
                 into.append(0.0)
@@ -248,7 +248,7 @@ def remaining(simulation: Simulation, cells: CellMap) -> list[str]:
     world = simulation.world
     pose = dict(zip(world.robots, world.poses(), strict=True))
     dead = simulation.drill.dead
-    shut = {cell for name in dead for cell in cells.touched(*pose[name][:2], 0.2)}
+    shut = {cell for name in dead for cell in cells.cells_under_disc(*pose[name][:2], 0.2)}
     lacking = []
     for number, (name, row) in enumerate(zip(world.robots, world.tasks.missions.reached_at, strict=True)):
         if name in dead or all(time is not None for time in row):

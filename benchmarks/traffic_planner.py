@@ -16,9 +16,9 @@ from typing import NamedTuple
 from benchmarks.measure import DATA, machine, table
 from swarm.maps.movingai import load_movingai, load_scen
 from swarm.traffic.lattice.cell_map import CellMap
-from swarm.traffic.mapf.check import faults
-from swarm.traffic.mapf.planner import Budget, JointSearch, Outcome
-from swarm.traffic.mapf.schedule import duration
+from swarm.traffic.mapf.check import list_plan_faults
+from swarm.traffic.mapf.planner import Budget, JointSearch, SearchOutcome
+from swarm.traffic.mapf.schedule import makespan_and_flowtime
 from swarm.traffic.settings import TrafficConstants
 
 SETTINGS = TrafficConstants()
@@ -62,10 +62,10 @@ def measure(cells: CellMap, starts: tuple[int, ...], goals: tuple[int, ...], bud
         result = search.advance(max(1, SETTINGS.robot_openings // len(starts)))
         looks += 1
     milliseconds = 1e3 * (perf_counter() - began)
-    if result.outcome is not Outcome.SOLVED or result.order is None:
+    if result.outcome is not SearchOutcome.SOLVED or result.order is None:
         raise SystemExit(f"not solved: {result.outcome}")
     joined = {cell: cells.neighbours[cell] for cell in range(len(cells)) if cells.stands[cell]}
-    wrong = faults(result.steps, starts=starts, goals=goals, joined=joined)
+    wrong = list_plan_faults(result.steps, starts=starts, goals=goals, joined=joined)
     if wrong:
         raise SystemExit("\n".join(wrong))
     costs = []
@@ -80,7 +80,7 @@ def measure(cells: CellMap, starts: tuple[int, ...], goals: tuple[int, ...], bud
         sum(costs) / sum(bounds),
         moves / sum(bounds),
         (len(result.steps) - 1) / max(bounds),
-        duration(result.steps)[0],
+        makespan_and_flowtime(result.steps)[0],
         looks,
     )
 

@@ -15,11 +15,11 @@ from typing import Final, NamedTuple
 from msgspec.structs import replace as changed
 
 from benchmarks.measure import load, machine, printed
+from swarm.blackbox.explain.clauses import Cause, Clause
+from swarm.blackbox.explain.moment import Instant, Simulated, run_moment_until
+from swarm.blackbox.explain.prove import prove
 from swarm.scenario.load import load as loaded
-from swarm.scenario.shipped import file_of
-from world.explain.clauses import Cause, Clause
-from world.explain.moment import Instant, Simulated, run_until
-from world.explain.prove import prove
+from swarm.scenario.shipped_scenarios import file_of
 from world.simulate import Simulation
 
 THIN: Final = 1.0  # % of the answers of robots that wait
@@ -84,7 +84,7 @@ def asked(case: Case, seconds: float, waits: list[Wait]) -> list[str]:
                 waits.append(Wait(case, robot, tick))
 
     moment = case.begun()
-    run_until(moment, round(seconds / moment.world.dt), look)
+    run_moment_until(moment, round(seconds / moment.world.dt), look)
     return [str(answers), f"{thin} ({100 * thin / max(1, answers):.1f} %)", str(false), str(circles)]
 
 
@@ -92,7 +92,7 @@ def is_false(moment: Instant, cause: Cause, follows: Cause | None) -> bool:
     """Return True if the robot that is named has nothing to do with the cell, and the next line does not say so."""
     if cause.clause not in {Clause.HELD, Clause.CLAIMED} or cause.other is None:
         return False
-    decided = moment.robots[cause.other].decided
+    decided = moment.robots[cause.other].last_decision
     own = decided.progress.reservations if decided is not None else None
     has = own is not None and cause.cell in {*own.held, *(claim.cell for claim in own.all_claims)}
     return not has and (follows is None or follows.clause not in NEWS)
@@ -113,15 +113,15 @@ def proved(waits: list[Wait]) -> list[list[str]]:
             for proof in proofs:
                 longer = proof.after is None or (proof.before is not None and proof.after > proof.before)
                 row[0] += 1
-                row[1] += proof.matters and longer
-                row[2] += proof.matters and not longer
-                row[3] += not proof.matters
+                row[1] += proof.changes_wait and longer
+                row[2] += proof.changes_wait and not longer
+                row[3] += not proof.changes_wait
     return [list(map(str, row)) for row in rows]
 
 
 def as_it_was(wait: Wait) -> Instant:
     """Return the moment of a wait."""
-    return run_until(wait.case.begun(), wait.tick)
+    return run_moment_until(wait.case.begun(), wait.tick)
 
 
 def moves(moment: Instant, robot: str) -> bool:

@@ -43,7 +43,7 @@ from swarm.messages import (
     Phase,
     Topic,
 )
-from swarm.messages.topic import below
+from swarm.messages.topic import key_prefix_of
 
 ROOT: Final = Path(__file__).parents[1]
 DEPOT: Final = ROOT / "scenarios" / "depot.yaml"
@@ -208,7 +208,7 @@ def traffic(robots: int, seconds: float) -> None:
         opened(endpoint, robots)
         with joined(endpoint) as bus, zenoh.open(settings.client(endpoint)) as session:
             press(bus, Do.GO)
-            prefix = below(FLEET)
+            prefix = key_prefix_of(FLEET)
             topics = {topic: zenoh.KeyExpr(prefix + _pattern(topic)) for topic in TOPICS}
             count, size = Counter[str](), Counter[str]()
             with session.declare_subscriber(f"{prefix}**", zenoh.handlers.FifoChannel(100_000)) as heard:

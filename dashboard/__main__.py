@@ -8,9 +8,9 @@ from pathlib import Path
 from secrets import token_urlsafe
 
 from dashboard.mode import BOX, LOOPBACK, TOKEN, choose
-from dashboard.viewers import end_with
+from dashboard.viewers import end_with_process
 from swarm.errors import SwarmError
-from swarm.installed import without
+from swarm.installation import hint_for_extra
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -32,14 +32,14 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--rules", metavar="ROBOT", help="robot whose fired rules are shown; by default the first")
     parser.add_argument("--ends-with", type=int, metavar="PID", help="the process that started this one: end with it")
     given = parser.parse_args(arguments)
-    if given.ends_with is not None and not end_with(given.ends_with):
+    if given.ends_with is not None and not end_with_process(given.ends_with):
         return 0
     if given.asked == BOX:
         for option, value in (("--record", given.record), ("--rules", given.rules), ("--port", given.port)):
             if value:
                 parser.error(f"{option}: expected it without --box, which needs no Rerun")
-        return boxed(given)
-    if lacking := without("rerun"):
+        return serve_box(given)
+    if lacking := hint_for_extra("rerun"):
         print(lacking, file=sys.stderr)
         return 2
     from dashboard import process
@@ -63,7 +63,7 @@ def main(arguments: list[str] | None = None) -> int:
         return 2
 
 
-def boxed(given: argparse.Namespace) -> int:
+def serve_box(given: argparse.Namespace) -> int:
     """Serve the box of a fleet until told to stop, and return the exit status."""
     from dashboard.box.process import run
     from swarm.bus import Endpoint

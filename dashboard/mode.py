@@ -18,7 +18,7 @@ ANSWERS: Final = 2.0  # s in which a port of this machine answers
 SCREENS: Final = ("DISPLAY", "WAYLAND_DISPLAY")
 
 
-def resolved(asked: str, environ: Mapping[str, str], otherwise: str = BOX) -> str:
+def resolve_auto(asked: str, environ: Mapping[str, str], otherwise: str = BOX) -> str:
     """Return what ``auto`` means on this machine: the viewer if there is a display and Rerun, else ``otherwise``."""
     if asked != "auto":
         return asked
@@ -40,7 +40,7 @@ def choose(asked: str, environ: Mapping[str, str], *, record: bool = False) -> M
         raise ConfigError(f"dashboard: expected one of {', '.join(ASKED)}, got {asked!r}")
     if asked in {"off", BOX}:
         return "off-screen" if record else None
-    return cast("Mode", resolved(asked, environ, "web"))
+    return cast("Mode", resolve_auto(asked, environ, "web"))
 
 
 def has_screen(environ: Mapping[str, str]) -> bool:

@@ -7,17 +7,17 @@ from pathlib import Path
 from time import monotonic
 from typing import Final
 
-from dashboard.listening import Listener
+from dashboard.fleet_listener import FleetListener
 from dashboard.mode import LOOPBACK, Mode
 from dashboard.rerun import Recordings
 from dashboard.rerun.recorder import SMALLER
 from dashboard.show import Show
-from dashboard.viewers import open_window, rerun_program, served_page
+from dashboard.viewers import open_window, rerun_program, serve_page
 from swarm.bus import Bus, Endpoint
 from swarm.errors import ConfigError
 from swarm.heartbeat import Heartbeat
 from swarm.messages import STATUS, Phase
-from swarm.stopping import told_to_stop
+from swarm.stop_signal import stop_flag
 
 DRAW_EVERY: Final = 0.5  # s, wall time
 MEASURED_EVERY: Final = 2.0  # s, wall time between two requests for what the world has measured
@@ -50,22 +50,22 @@ def run(
         raise ConfigError("dashboard: expected a file to record to, as nothing is shown; give --record FILE.rrd")
     data = 0 if mode == "off-screen" else Endpoint(bind, grpc_port).claim().port
     page = Endpoint(bind, web_port).claim().port if mode == "web" else 0
-    if mode != "off-screen" and not Endpoint(bind, data).local:
+    if mode != "off-screen" and not Endpoint(bind, data).is_local:
         print(f"dashboard: {bind} is open: anybody who reaches it sees the fleet, since Rerun has no keys")
     program = rerun_program() if mode != "off-screen" else Path()
     windows: list[subprocess.Popen[bytes]] = []
     recorder = Recordings(serve=(bind, data) if data else None, record=record)
-    with told_to_stop() as stop, ExitStack() as closing:
+    with stop_flag() as stop, ExitStack() as closing:
         bus = closing.enter_context(Bus(endpoint, fleet, heart=Heartbeat()))
         closing.callback(lambda: recorder.close(HURRY if stop.is_set() else SMALLER))
 
-        def opened(url: str) -> None:
+        def open_outputs(url: str) -> None:
             if mode == "web":
-                closing.enter_context(served_page(url, program, bind, page, data))
+                closing.enter_context(serve_page(url, program, bind, page, data))
             elif mode == "viewer":
                 windows.append(open_window(url, program))
 
-        show = Show(recorder, fleet, opened, rules)
+        show = Show(recorder, fleet, open_outputs, rules)
         follow(bus, show, stop.is_set)
         show.draw()
         if stop.is_set():  # a window stays open after the run
@@ -77,11 +77,11 @@ def run(
 
 def follow(bus: Bus, show: Show, stopped: Callable[[], bool]) -> None:
     """Take in and draw everything that arrives until the run is over; announce the dashboard once it can draw."""
-    listener = Listener(bus, STATUS)
+    listener = FleetListener(bus, STATUS)
     bus.watch_presence()
 
     def catch_up() -> None:
-        for message in listener.kept():
+        for message in listener.get_last_messages():
             show.take(message)
 
     def take(arrived: object) -> None:

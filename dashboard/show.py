@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 from dashboard.fold.collect import Collector
-from dashboard.fold.overlays import detailed
+from dashboard.fold.overlays import robots_in_detail
 from dashboard.fold.state import RunState
 from dashboard.rerun import Picture, Recordings
 from swarm.errors import SwarmError
@@ -33,7 +33,7 @@ class Show:
     @property
     def hears(self) -> frozenset[str]:
         """Robots whose broadcasts are needed."""
-        return self.state.wanted(self._detailed)
+        return self.state.robots_needed(self._robots_in_detail)
 
     @property
     def ready(self) -> bool:
@@ -60,9 +60,9 @@ class Show:
             self._view.draw(self._collector.batch())
 
     @property
-    def _detailed(self) -> tuple[str, ...]:
+    def _robots_in_detail(self) -> tuple[str, ...]:
         """Robots whose sensors, held cells and joint plans are drawn."""
-        return detailed(self.state.progress.order, self._selected)
+        return robots_in_detail(self.state.progress.order, self._selected)
 
     def _begin_if_changed(self) -> bool:
         """Begin a recording if the run or its list of robots is another one; return True if it is."""
@@ -76,7 +76,7 @@ class Show:
             return False
         name = f"{self._fleet} {scene.settings.name} run {progress.run}"
         first = self._recorder.url is None
-        self._view = self._recorder.begin(name, scene, progress.order, self._detailed)
+        self._view = self._recorder.begin(name, scene, progress.order, self._robots_in_detail)
         self._collector = Collector(self.state, self._selected)
         if first and self._recorder.url is not None:
             self._opened(self._recorder.url)

@@ -14,7 +14,7 @@ from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
-from dashboard.fold import naming, palette
+from dashboard.fold import palette, phrases
 from dashboard.fold.progress import Progress, RobotProgress, fold
 from swarm.bus import Arrival
 from swarm.messages import CLOCK, EVENT, STATE, Activity, Event, Liveness, Phase, Topic
@@ -89,9 +89,9 @@ class Terminal:
         """Show the progress if it is time to, or if it is the ``final`` call."""
         now = self._clock()
         self._measure(now)
-        news = [] if self._quiet or self._console.is_terminal else self._news()
+        news = [] if self._quiet or self._console.is_terminal else self._find_news()
         for time, words in sorted(news + self._trouble, key=itemgetter(0)):
-            tell(self._console, f"{time:6.1f} s  {words}")
+            print_wrapped(self._console, f"{time:6.1f} s  {words}")
         self._trouble.clear()
         if self._quiet:
             return
@@ -102,7 +102,7 @@ class Terminal:
         elif not self._console.is_terminal and (final or now - self._drawn_at >= LINE_EVERY):
             self._drawn_at, line = now, self.line()
             if line != self._line_told:  # the clock stands, and nothing has changed: it was said
-                tell(self._console, line)
+                print_wrapped(self._console, line)
             self._line_told = line
 
     def _words(self, event: Event) -> str:
@@ -110,16 +110,16 @@ class Terminal:
         if (event.robot, event.kind) in self._explained:
             self._explained.remove((event.robot, event.kind))
             return ""
-        if any(naming.same_touch(event, other) for other in self.progress.events):
+        if any(phrases.is_same_touch(event, other) for other in self.progress.events):
             return ""
         over = self.progress.phase is Phase.OVER or (event.robot is not None and self._is_done(event.robot))
-        if words := naming.asked(event):
+        if words := phrases.request_words(event):
             return "" if self._quiet else words
-        return "" if over and event.kind in LEAVING else naming.trouble(event)
+        return "" if over and event.kind in LEAVING else phrases.describe_trouble(event)
 
     def _is_done(self, name: str) -> bool:
         robot = self.progress.robot(name)
-        return robot.activity is Activity.DONE and robot.reached == robot.stops > 0
+        return robot.activity is Activity.DONE and robot.reached_count == robot.stops > 0
 
     def renderable(self) -> RenderableType:
         """Return a headline about the run and a table with one row per robot."""
@@ -131,18 +131,18 @@ class Terminal:
         table.add_column("left", justify="right", no_wrap=True)
         table.add_column("doing", no_wrap=True)
         table.add_column("waited", justify="right", no_wrap=True)
-        shown = self._shown()
+        shown = self._robots_to_show()
         for number, name in enumerate(progress.order):
             if name not in shown:
                 continue
             robot = progress.robot(name)
             colour = palette.hexadecimal(palette.robot(number))
-            doing, style, _ = self._doing(name, robot)
+            doing, style, _ = self._describe_activity(name, robot)
             waited = progress.seconds(robot.waited)
             table.add_row(
                 Text(name, style=f"bold {colour}"),
-                Text(bar(robot), style=colour),
-                naming.stop_of(robot, robot.target, self._home) if robot.stops else "",
+                Text(format_bar(robot), style=colour),
+                phrases.stop_of(robot, robot.target, self._home) if robot.stops else "",
                 f"{robot.share:.0%}" if robot.stops else "",
                 f"{robot.distance:.1f} m" if robot.activity is not Activity.DONE and robot.stops else "",
                 Text(doing, style=style),
@@ -153,7 +153,7 @@ class Terminal:
             parts.append(Text(self._totals()))
         return Group(*parts, table) if shown else Group(*parts)
 
-    def _shown(self) -> list[str]:
+    def _robots_to_show(self) -> list[str]:
         """Return the robots that get a row: all of a small fleet, of a large one the first that need attention."""
         order = self.progress.order
         return [*(order if len(order) <= ROWS else filter(self._needs_attention, order))][:ROWS]
@@ -162,21 +162,21 @@ class Terminal:
         robot = self.progress.robot(name)
         if self.progress.phase is Phase.WAITING:
             return False
-        away = self._away(name) is not None
+        away = self._describe_absence(name) is not None
         return away or robot.activity is Activity.BLOCKED or bool(robot.unreachable) or self.progress.waits(name) > LONG
 
-    def _away(self, name: str) -> Liveness | None:
+    def _describe_absence(self, name: str) -> Liveness | None:
         """Return how a robot is missed, None for one that is there or need not be: it is done, or the run is over."""
-        heard = self.progress.heard(name)
+        heard = self.progress.radio_freshness(name)
         if heard is Liveness.ALIVE or self._is_done(name):
             return None
         return heard if self.progress.phase is not Phase.OVER or heard is Liveness.LOST else None
 
     def _totals(self) -> str:
         """Return how many robots do what."""
-        doing = Counter(self._doing(name, self.progress.robot(name))[2] for name in self.progress.order)
+        doing = Counter(self._describe_activity(name, self.progress.robot(name))[2] for name in self.progress.order)
         needy = sum(map(self._needs_attention, self.progress.order))
-        told = ", ".join(naming.counted(count, word) for word, count in doing.most_common())
+        told = ", ".join(phrases.count_words(count, word) for word, count in doing.most_common())
         more = f" ({ROWS} shown)" if needy > ROWS else ""
         attention = f"; {needy} need{'s' if needy == 1 else ''} attention{more}" if needy else ""
         return f"{len(self.progress.order)} robots: {told}{attention}"
@@ -185,9 +185,11 @@ class Terminal:
         """Return the progress as one plain line."""
         progress = self.progress
         if len(progress.order) > ROWS:
-            needy = [f"{name} {self._doing(name, progress.robot(name))[0]}" for name in self._shown()]
+            needy = [
+                f"{name} {self._describe_activity(name, progress.robot(name))[0]}" for name in self._robots_to_show()
+            ]
             return f"{self._headline()}: {self._totals()}{': ' if needy else ''}{', '.join(needy)}"
-        each = ", ".join(f"{name} {naming.lane(progress.robot(name), self._home)}" for name in progress.order)
+        each = ", ".join(f"{name} {phrases.lane_label(progress.robot(name), self._home)}" for name in progress.order)
         return f"{self._headline()}{': ' if each else ''}{each}"
 
     def _headline(self) -> str:
@@ -201,20 +203,20 @@ class Terminal:
         held = " for `swarm go`" if self._held and progress.phase is Phase.WAITING else ""
         return f"{now:6.1f} s  {progress.phase.value}{held}, {progress.way:4.0%} of the way{pool}{factor}"
 
-    def _doing(self, name: str, robot: RobotProgress) -> tuple[str, str, str]:
+    def _describe_activity(self, name: str, robot: RobotProgress) -> tuple[str, str, str]:
         """Return what a robot does, the style of it, and the word under which it is counted."""
-        if (away := self._away(name)) is not None:
+        if (away := self._describe_absence(name)) is not None:
             if self.progress.phase is Phase.WAITING:
                 return "starts", "dim", "starts"
             word = "silent" if away is Liveness.STALE else away.value
             return word, "bold red", word
-        word = naming.words(robot.activity)
+        word = phrases.activity_word(robot.activity)
         waits = self.progress.waits(name)
         if waits:
             return f"{word} {waits:.0f} s", "yellow", word
         return word, "dim" if robot.activity is Activity.DONE else "", word
 
-    def _news(self) -> list[tuple[float, str]]:
+    def _find_news(self) -> list[tuple[float, str]]:
         """Return the time [s] and words of what is not printed yet: changes of phase, and stops of a small fleet."""
         progress = self.progress
         said: list[tuple[float, str]] = []
@@ -226,13 +228,13 @@ class Terminal:
             of, before = self._told.get(name, (mission, 0))
             if of != mission:
                 before = 0
-            if robot.reached > before:
-                self._told[name] = (mission, robot.reached)
+            if robot.reached_count > before:
+                self._told[name] = (mission, robot.reached_count)
                 ticks = sorted((tick, stop) for stop, tick in enumerate(robot.reached_at) if tick is not None)
                 said += [
                     (
                         progress.seconds(tick),
-                        f"{name} reached {naming.stop_of(robot, stop, self._home)} ({rank} of {robot.stops})",
+                        f"{name} reached {phrases.stop_of(robot, stop, self._home)} ({rank} of {robot.stops})",
                     )
                     for rank, (tick, stop) in enumerate(ticks, start=1)
                     if rank > before
@@ -249,20 +251,20 @@ class Terminal:
             self._mark = (progress.run, now, progress.time)
 
 
-def tell(console: Console, text: str) -> None:
+def print_wrapped(console: Console, text: str) -> None:
     """Print lines of words. A terminal gets them wrapped between words, so that an address stays in one piece."""
     if console.is_terminal:
         text = "\n".join(map(TextWrapper(console.width, **WRAPPED).fill, text.splitlines()))
     console.print(text, markup=False, highlight=False, soft_wrap=True)
 
 
-def bar(robot: RobotProgress) -> str:
+def format_bar(robot: RobotProgress) -> str:
     """Return a robot's stops as text: ``#`` reached, ``>`` under way, ``x`` given up, ``.`` to come.
 
     >>> bar(Robot(reached_at=(10, 90, None, None), target=2))
     '##>.'
     """
     if robot.stops > 24:
-        return f"{robot.reached}/{robot.stops}"
+        return f"{robot.reached_count}/{robot.stops}"
     marks = dict.fromkeys(robot.unreachable, "x") | {robot.target: ">"}
     return "".join("#" if tick is not None else marks.get(stop, ".") for stop, tick in enumerate(robot.reached_at))

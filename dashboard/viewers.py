@@ -46,15 +46,15 @@ def policy(hosts: list[str], data: int) -> str:
     )
 
 
-def end_with_us() -> None:
+def end_with_starter() -> None:
     """Let Linux end this process, a child, when the thread ends that started it, whatever ended that."""
     with suppress(OSError, AttributeError):  # another system
         ctypes.CDLL(None).prctl(SET_DEATH_SIGNAL, signal.SIGTERM)
 
 
-def end_with(parent: int) -> bool:
+def end_with_process(parent: int) -> bool:
     """Let Linux end this process with its ``parent``; return False if that has ended meanwhile."""
-    end_with_us()
+    end_with_starter()
     return os.getppid() == parent
 
 
@@ -73,11 +73,11 @@ def rerun_program() -> Path:
 def open_window(url: str, program: Path) -> "subprocess.Popen[bytes]":
     """Open the native viewer in its own window, which outlives this process."""
     print(f"dashboard: {url}")
-    return _started(program, url, "--hide-welcome-screen", "--port", "auto", "--bind", LOOPBACK, ends_with_us=False)
+    return _start_rerun(program, url, "--hide-welcome-screen", "--port", "auto", "--bind", LOOPBACK, ends_with_us=False)
 
 
 @contextmanager
-def served_page(url: str, program: Path, bind: str, port: int, data: int) -> Iterator[None]:
+def serve_page(url: str, program: Path, bind: str, port: int, data: int) -> Iterator[None]:
     """Serve the page on one address as long as the block lasts, and print its address.
 
     The data comes from the port ``data``; ``bind`` is where both listen.
@@ -87,7 +87,7 @@ def served_page(url: str, program: Path, bind: str, port: int, data: int) -> Ite
     """
     behind = Endpoint(LOOPBACK, 0).claim().port
     page = ("--serve-web", "--bind", LOOPBACK, "--web-viewer-port", str(behind))
-    process = _started(program, url, *page, ends_with_us=True)
+    process = _start_rerun(program, url, *page, ends_with_us=True)
     try:
         deadline = monotonic() + STARTED
         while not answers(behind):
@@ -111,9 +111,9 @@ def served_page(url: str, program: Path, bind: str, port: int, data: int) -> Ite
         process.wait(5)
 
 
-def _started(program: Path, *arguments: str, ends_with_us: bool) -> "subprocess.Popen[bytes]":
+def _start_rerun(program: Path, *arguments: str, ends_with_us: bool) -> "subprocess.Popen[bytes]":
     """Start Rerun's program, which says nothing."""
-    quiet, ending = subprocess.DEVNULL, end_with_us if ends_with_us else None
+    quiet, ending = subprocess.DEVNULL, end_with_starter if ends_with_us else None
     return subprocess.Popen(
         [program, *arguments],
         stdin=quiet,
@@ -134,7 +134,7 @@ def _server(bind: str, port: int, behind: int, data: int) -> ThreadingHTTPServer
         def do_GET(self) -> None:
             if self.path == "/":  # as one types it, who has read which port it is
                 self.send_response(302)
-                self.send_header("Location", page_path(self._named(), data))
+                self.send_header("Location", page_path(self._host_name(), data))
                 self.send_header("Content-Length", "0")
                 self.end_headers()
                 return
@@ -155,12 +155,12 @@ def _server(bind: str, port: int, behind: int, data: int) -> ThreadingHTTPServer
             for name in ("Content-Type", "Content-Length", "Cache-Control"):
                 if (value := answer.getheader(name)) is not None:
                     self.send_header(name, value)
-            here = {LOOPBACK, "localhost", socket.gethostname(), self._named()}
+            here = {LOOPBACK, "localhost", socket.gethostname(), self._host_name()}
             self.send_header("Content-Security-Policy", policy(sorted(here), data))
             self.end_headers()
             shutil.copyfileobj(answer, self.wfile)
 
-        def _named(self) -> str:
+        def _host_name(self) -> str:
             """Return the name by which a browser has found this host."""
             named = self.headers.get("Host", "").rpartition(":")[0]
             return named if HOST.fullmatch(named) else LOOPBACK

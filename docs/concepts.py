@@ -155,7 +155,7 @@ def cell() -> str:
         if cells.stands[number]:
             sheet.disc(cells.centre(number), 0.08, 'class="dot"')
     pose = starts[0]
-    for number in cells.touched(pose.x, pose.y, settings.robot.radius):
+    for number in cells.cells_under_disc(pose.x, pose.y, settings.robot.radius):
         sheet.square(cells.centre(number), cells.side, f'fill="{colour("r1")}" fill-opacity="0.4"')
     sheet.robot("r1", pose, settings.robot.radius)
     return sheet.svg()

@@ -7,15 +7,15 @@ from typing import Any, Final
 
 import msgspec
 
-from dashboard.box.asking import OF_A_ROBOT, REQUESTS
+from dashboard.box.browser_request import OF_A_ROBOT, REQUESTS
 from dashboard.box.frames import Overview, Why
-from dashboard.box.questions import Answer, Question
+from dashboard.box.questions import MomentAnswer, Question
 from dashboard.fold.overlays import Joint, Learned
 from docs.markdown import rows
 from swarm import messages as wire
 from swarm.messages import REPLIES, TOPICS, enums
-from swarm.messages.schema import described, types
-from swarm.settings import Section, Settings
+from swarm.messages.schema import dedent_descriptions, types
+from swarm.settings import LocalisationSettings, Section, Settings
 
 MEMBER: Final = re.compile(r'^    \w+ = "(\w+)"  # (.*)$')
 
@@ -56,7 +56,7 @@ def messages() -> str:
 
 def scenario() -> str:
     """Return the sections on a scenario file, field by field."""
-    shapes = described(msgspec.json.schema_components([Settings])[1])
+    shapes = dedent_descriptions(msgspec.json.schema_components([Settings])[1])
     order = ["Settings", *(name for name in shapes if name != "Settings")]
     places = {name: place for place, name in _places()}
     parts = []
@@ -69,7 +69,7 @@ def scenario() -> str:
 
 def frames() -> str:
     """Return the sections on the box's own frames, field by field."""
-    _, shapes = msgspec.json.schema_components([Overview, Why, Joint, Learned, Question, Answer])
+    _, shapes = msgspec.json.schema_components([Overview, Why, Joint, Learned, Question, MomentAnswer])
     own = {name: shape for name, shape in shapes.items() if "properties" in shape and not hasattr(wire, name)}
     text = "\n\n".join(
         f"### {name}\n\n{shape['description']}\n\n{rows(HEAD, *_body(shape))}" for name, shape in own.items()
@@ -134,9 +134,10 @@ def _places() -> list[tuple[str, str]]:
     """Return for each section the field that contains it."""
     kinds = [kind.__name__ for kind in Section.__subclasses__()]
     found = [("", "Settings")]
-    for field in msgspec.structs.fields(Settings):
-        named = re.findall(r"\w+", str(field.type))
-        found += [(field.name, name) for name in kinds if name in named]
+    for outer, section in (("", Settings), ("localisation.", LocalisationSettings)):
+        for field in msgspec.structs.fields(section):
+            named = re.findall(r"\w+", str(field.type))
+            found += [(outer + field.name, name) for name in kinds if name in named]
     return found
 
 

@@ -3,14 +3,14 @@
 from html import escape
 from typing import Final
 
-from swarm.robot.mission import TRANSITIONS, Occasion, Stage
+from swarm.robot.mission import TRANSITIONS, MissionStage, Occasion
 
 WIDE, HIGH, GAP, LEFT, TOP = 150, 56, 120, 210, 30  # px: a stage's box, the gap between two, the first one's place
 SAYS: Final = {
-    Stage.READY: "told to go?",
-    Stage.OUTBOUND: "drives to a target",
-    Stage.RETURNING: "drives home",
-    Stage.DONE: "stands",
+    MissionStage.READY: "told to go?",
+    MissionStage.OUTBOUND: "drives to a target",
+    MissionStage.RETURNING: "drives home",
+    MissionStage.DONE: "stands",
 }
 STEP: Final = 90  # px; distance between two arcs on the same side
 STYLE: Final = (

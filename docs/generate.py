@@ -15,15 +15,28 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from docs import concepts, contract, fields, figure5, handover, how_far, layers, speeds, tick, vectors
+from docs import (
+    believed,
+    concepts,
+    contract,
+    fields,
+    figure5,
+    glossary,
+    handover,
+    how_far,
+    layers,
+    speeds,
+    tick,
+    vectors,
+)
 from docs.markdown import rows, said
 from swarm.launch.drill import judge
 from swarm.launch.drill import table as drill_table
 from swarm.launch.supervise import table as processes
 from swarm.messages import schema
 from swarm.secure import access
-from world.storm.laws.judge import LAWS
-from world.storm.plans.profiles import PROFILES
+from swarm.storm.laws.judge import LAWS
+from swarm.storm.plans.profiles import PROFILES
 
 ROOT: Final = Path(__file__).parents[1]
 PAGES: Final = (
@@ -165,6 +178,7 @@ PARTS: Final[dict[str, Callable[[], str]]] = {
     "processes": process_table,
     "drill": faults,
     "drill-laws": drill_laws,
+    "glossary": glossary.table,
     "rooms": rooms,
     "tick": tick.table,
     "rights": rights,
@@ -182,7 +196,8 @@ FILES: Final[dict[str, Callable[[], str]]] = {
     "speeds.svg": speeds.svg,
     "pictures/rooms.svg": layers.svg,
     "pictures/handover.svg": handover.svg,
-    "../schemas/wire.json": schema.index,
+    "pictures/believed.svg": believed.svg,
+    "../schemas/wire.json": schema.build_index,
     **{f"../schemas/{name}.json": partial(schema.schema_of, kind) for name, kind in schema.kinds().items()},
     **vectors.FILES,
     **concepts.PICTURES,

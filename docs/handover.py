@@ -32,7 +32,7 @@ class WithoutNext(Mission):
     """A mission that does not say which target comes next."""
 
     @property
-    def then(self) -> Point | None:
+    def stop_after_next(self) -> Point | None:
         """None."""
         return None
 

@@ -17,7 +17,7 @@ from unittest.mock import Mock
 from docs.concepts import SEED, STARTS, Meeting, meeting
 from docs.markdown import rows
 from swarm.bus import Arrival, Bus, Presence
-from swarm.compiled import KERNELS
+from swarm.kernels import KERNELS
 from swarm.messages import COMMAND, RADIO, SENSE, Command, Message, Topic, Welcome
 from swarm.robot.host.process import RobotHost
 

@@ -18,6 +18,7 @@ import msgpack
 import zenoh
 
 AWAY, UNLISTED = 20.0, 3.0  # s, without a world before it gives up; s, out of the clock's list before it joins again
+BOUND = 3.0 / sqrt(-2 * log(0.05))  # from the radius of 95 % of all poses to three standard deviations
 BEHIND, TURNING, NEAR = 0.25, 0.5, 0.04  # rad, a heading error for driving at all; m/s, rims in a turn; m, arrived
 
 
@@ -192,6 +193,7 @@ class Brain:
     def begin(self, run):
         self.run, self.since = run, None
         self.reached = [False] * len(self.stops)
+        self.error = 0.0  # m, how far its pose may be off
         self.others, self.held, self.route, self.claims = {}, [], [], []
         self.goal, self.wants, self.moved, self.plans = -1, 0, 0, 0
         self.plan = self.frozen = self.refused = None
@@ -338,7 +340,7 @@ class Brain:
 
     def hold(self, pose):
         """Hold what is under the body; release what lies behind it."""
-        under = self.lattice.touched(*pose, self.radius + 0.03)
+        under = self.lattice.touched(*pose, self.radius + 0.03 + self.error)
         here = self.lattice.cell_of(*pose)
         if not self.held:
             self.held = [*sorted(set(under) - {here}), here]
@@ -439,7 +441,7 @@ class Brain:
         pose, yaw = (sense["x"], sense["y"]), sense["yaw"]
         points = [self.lattice.middle(cell) for cell in self.held[self.held.index(self.lattice.cell_of(*pose)) :]]
         if self.held[-1] == self.goal:
-            points[-1] = self.lattice.place(self.goal, wish, self.radius + 0.08)
+            points[-1] = self.lattice.place(self.goal, wish, self.radius + 0.08 + self.error)
         if len(points) > 1 and self.passed(pose, *points[:2]):
             points = points[1:]
         (x, y), away = points[0], hypot(points[0][0] - pose[0], points[0][1] - pose[1])
@@ -475,7 +477,7 @@ class Brain:
         angles = fan(0.0, sensors["front_half_width_deg"] * pi / 180, sensors["rays"])
         for measured, angle in zip(sense["rays"][len(angles) : 2 * len(angles)], angles, strict=True):
             hit = end_of(pose, sense["yaw"], self.radius, angle, measured)
-            on_wall = not self.lattice.clear(*self.lattice.own(*hit), 0.1 + 3 * sensors["noise"])
+            on_wall = not self.lattice.clear(*self.lattice.own(*hit), 0.1 + 3 * sensors["noise"] + self.error)
             if measured < sensors["range"] - 0.01 and cell in self.lattice.touched(*hit, 0.1) and not on_wall:
                 empty = False
         self.seen[cell] = empty, self.tick
@@ -507,8 +509,11 @@ class Brain:
         if self.since is None:
             self.since, self.number = self.tick, 64 * self.tick
         self.hear(heard)
+        self.error = BOUND * sense.get("pose_error", 0.0)
         target = next((number for number, done in enumerate(self.reached) if not done), None)
-        if target is not None:
+        if sense.get("counted") is not None:
+            self.reached = list(sense["counted"]["reached"])
+        elif target is not None:
             x, y = self.stops[target]
             self.reached[target] = hypot(x - pose[0], y - pose[1]) <= self.settings["reach"]
         self.hold(pose)
@@ -574,6 +579,7 @@ class Brain:
                 "frozen": self.frozen,
                 "listens": listens,
                 "seen": self.told(),
+                "error": self.error,
             }
             if self.plan:
                 left_cells = max(0, self.step_in_plan - len(self.held) + 1)

@@ -24,13 +24,13 @@ class PeerError(SwarmError):
     """A received message that does not match its key; the receiver counts and drops it."""
 
 
-def nearest(word: str, known: Iterable[str]) -> str:
+def suggest(word: str, known: Iterable[str]) -> str:
     """Return ``"did you mean 'radius'?"`` for the most similar known word, or a list of them if none is similar."""
     known = sorted(known)
-    return similar(word, known) or f"known: {', '.join(known)}"
+    return suggest_similar(word, known) or f"known: {', '.join(known)}"
 
 
-def similar(word: str, known: Iterable[str]) -> str:
+def suggest_similar(word: str, known: Iterable[str]) -> str:
     """Return ``"did you mean 'radius'?"`` for the most similar known word, "" if none is similar."""
     close = get_close_matches(word, sorted(known), n=1)
     return f"did you mean {close[0]!r}?" if close else ""

@@ -13,9 +13,9 @@ LEFT_OUT: Final = (
     "swarm/cli",
     "swarm/launch",
     "swarm/secure",
-    "world/storm",
-    "world/replay",
-    "world/explain",
+    "swarm/storm",
+    "swarm/blackbox/replay",
+    "swarm/blackbox/explain",
 )  # they decide nothing
 ENDINGS: Final = (".py", ".so")  # rules and maps are on the tape
 OF_ROBOTS: Final = ("numpy", "numba", "msgspec")  # the libraries that compute in a robot's process

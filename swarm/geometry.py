@@ -32,11 +32,11 @@ def wrap(angle: float) -> float:
 def integrate(pose: Pose, twist: Twist, dt: float) -> Pose:
     """Return the pose after ``dt`` [s] of a constant twist: the exact arc about the ICC (paper section 2.3)."""
     x, y, yaw = pose
-    dx, dy = chord(yaw, twist, dt)
+    dx, dy = displacement_of_twist(yaw, twist, dt)
     return Pose(x + dx, y + dy, wrap(yaw + 2 * (twist.angular * dt / 2)))
 
 
-def chord(yaw: float, twist: Twist, dt: float) -> tuple[float, float]:
+def displacement_of_twist(yaw: float, twist: Twist, dt: float) -> tuple[float, float]:
     """Return the displacement (dx, dy) [m] after ``dt`` [s] of a constant twist, in the parent frame.
 
     The chord of an arc of half-angle a is sin(a)/a times the arc's length and points along yaw + a. This form does
@@ -49,7 +49,7 @@ def chord(yaw: float, twist: Twist, dt: float) -> tuple[float, float]:
     return length * cos(heading), length * sin(heading)
 
 
-def on_circle(x: float, y: float, diameter: float, count: int) -> list[Pose]:
+def poses_on_circle(x: float, y: float, diameter: float, count: int) -> list[Pose]:
     """Return ``count`` poses evenly spaced on a circle around (x, y) [m], each facing the centre."""
     turns = [2 * pi * number / count for number in range(count)]
     return [Pose(x + diameter / 2 * cos(turn), y + diameter / 2 * sin(turn), wrap(turn + pi)) for turn in turns]

@@ -83,6 +83,32 @@ class SensorSettings(Section, frozen=True, kw_only=True):
     bearing_noise_deg: Annotated[float, Meta(ge=0, le=45, description="degrees; standard deviation of a bearing")] = 0.0
 
 
+class JumpSettings(Section, frozen=True, kw_only=True):
+    """A localiser that now and then takes a robot for elsewhere, and does not say so."""
+
+    every: Annotated[float, Meta(gt=0, le=1e6, description="s; mean time between two jumps of a robot")] = 30.0
+    distance: Annotated[float, _metres(0, 10, "how far a jump leads")] = 0.3
+    lasts: Annotated[float, Meta(gt=0, le=1e6, description="s; until the pose is right again")] = 3.0
+    robots: Annotated[list[str], Meta(max_length=MOST_ROBOTS, description="whose pose jumps; none: all robots'")] = []
+
+
+class LocalisationSettings(Section, frozen=True, kw_only=True):
+    """How well robots know their poses; by default exactly. Errors are normal, and end at three standard deviations."""
+
+    error: Annotated[float, Meta(ge=0, le=1, description="m; standard deviation of x and of y")] = 0.0
+    yaw_error_deg: Annotated[float, Meta(ge=0, le=45, description="degrees; standard deviation of the yaw")] = 0.0
+    lasts: Annotated[float, Meta(ge=0, le=1e4, description="s; an error fades to 37 % in this time")] = 2.0
+    told: (
+        Annotated[float, Meta(ge=0, le=1, description="m; what robots are told of `error`; null: the truth")] | None
+    ) = None
+    jumps: Annotated[JumpSettings | None, Meta(description="a pose that jumps")] = None
+
+    @property
+    def exact(self) -> bool:
+        """True if robots are told their true poses."""
+        return not self.error and not self.yaw_error_deg and self.jumps is None
+
+
 class RadioSettings(Section, frozen=True, kw_only=True):
     """The radio model: which broadcasts reach which robots."""
 
@@ -169,6 +195,7 @@ class Settings(Section, frozen=True, kw_only=True):
     ] = "paper"
     robot: RobotSettings = RobotSettings()
     sensors: SensorSettings = SensorSettings()
+    localisation: LocalisationSettings = LocalisationSettings()
     radio: RadioSettings = RadioSettings()
     traffic: TrafficSettings = TrafficSettings()
     movers: Annotated[list[MoverSettings], Meta(max_length=200, description="moving obstacles")] = []

@@ -12,7 +12,7 @@ from swarm.bus import Bus, Endpoint
 from swarm.bus.router import run as route
 from swarm.planning.grid import Grid
 from swarm.scenario.load import Scenario, load
-from swarm.scenario.prepare import planning_grid, settled
+from swarm.scenario.prepare import planning_grid, settle_lattice
 from tests.launch.actors import SMALL
 from tests.shared import PAPER
 
@@ -23,7 +23,7 @@ settings.register_profile(
 settings.register_profile("quick", settings.get_profile("all"), max_examples=25)  # `make test-all` takes "all" instead
 settings.load_profile("quick")
 
-pytest_plugins = ["tests.costs", "pytester"]
+pytest_plugins = ["tests.costs", "tests.skips", "pytester"]
 
 MakeBus = Callable[..., Bus]
 
@@ -38,7 +38,7 @@ def own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
 
 @pytest.fixture(scope="session")
 def paper() -> Scenario:
-    return settled(load(PAPER))
+    return settle_lattice(load(PAPER))
 
 
 @pytest.fixture(scope="session")

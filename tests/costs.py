@@ -1,6 +1,7 @@
 """What tests cost: the marker of the long suite has a reason, and so does a test that computes for long.
 
-`make test` runs what is not marked `long`, `make test-all` everything. The cost of a test is the processor time of its
+`make test` runs what is not marked `long`, `make test-all` everything. `make check-costs` runs `make test` and lists what
+costs most (`--costs`); it fails if a test costs far too much without a reason. The cost of a test is the processor time of its
 process and of the processes that it has waited for, which does not grow while others use the machine as wall time does.
 """
 
@@ -12,9 +13,14 @@ from typing import Final
 import pytest
 
 REASONED: Final = ("long", "costs")  # markers that take a reason
-DEAR: Final = 5.0  # s of processor time; a test of `make test` that takes more says why, or is told
+DEAR: Final = 5.0  # s of processor time; a test of `make test` that takes more says why
 TOO_DEAR: Final = 3 * DEAR  # s; without a reason the run fails. Shared caches and cores cost a factor of 2 at most
 LONG_TIMEOUT: Final = 1200  # s; the end of a test of the long suite that hangs
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add ``--costs``: list what costs most."""
+    parser.addoption("--costs", action="store_true", help="list the tests that take most processor time")
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -62,13 +68,13 @@ def pytest_runtest_call(item: pytest.Item) -> Generator[None, None, None]:
         item.user_properties.append(("cost", _spent() - before))
 
 
-def dear(reports: Iterable[pytest.TestReport]) -> list[tuple[float, str]]:
-    """Return cost [s] and name of the tests that cost more than ``DEAR`` and give no reason, the dearest first."""
+def costs_of(reports: Iterable[pytest.TestReport]) -> list[tuple[float, bool, str]]:
+    """Return cost [s], whether a reason is given, and name of the tests that cost more than ``DEAR``, dearest first."""
     costs = [
-        (cost, report.nodeid)
+        (cost, bool(set(REASONED) & set(report.keywords)), report.nodeid)
         for report in reports
         for name, cost in report.user_properties
-        if name == "cost" and isinstance(cost, float) and cost > DEAR and not set(REASONED) & set(report.keywords)
+        if name == "cost" and isinstance(cost, float) and cost > DEAR
     ]
     return sorted(costs, reverse=True)
 
@@ -82,19 +88,20 @@ def _all_reports(config: pytest.Config) -> Iterable[pytest.TestReport]:
 
 @pytest.hookimpl(trylast=True)
 def pytest_sessionfinish(session: pytest.Session) -> None:
-    """Fail the run if a test without a reason costs far too much."""
-    found = dear(_all_reports(session.config))
-    if found and found[0][0] > TOO_DEAR and session.exitstatus == pytest.ExitCode.OK:
+    """With ``--costs``, fail the run if a test without a reason costs far too much."""
+    if not session.config.getoption("--costs") or session.exitstatus != pytest.ExitCode.OK:
+        return
+    if any(cost > TOO_DEAR and not reason for cost, reason, _ in costs_of(_all_reports(session.config))):
         session.exitstatus = pytest.ExitCode.TESTS_FAILED
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
-    """Name the tests that cost much and give no reason."""
-    found = dear(_all_reports(terminalreporter.config))
-    if found:
-        terminalreporter.section(f"more than {DEAR:g} s of processor time without a reason")
-        for cost, name in found:
-            terminalreporter.line(f"{cost:6.1f} s {name}")
-        terminalreporter.line(
-            f'mark it @pytest.mark.costs("why"), or @pytest.mark.long("why") for `make test-all`; above {TOO_DEAR:g} s the run fails'
-        )
+    """With ``--costs``, list the tests that cost much."""
+    if not terminalreporter.config.getoption("--costs"):
+        return
+    terminalreporter.section(f"more than {DEAR:g} s of processor time")
+    for cost, reason, name in costs_of(_all_reports(terminalreporter.config)):
+        terminalreporter.line(f"{cost:6.1f} s {name}{'' if reason else '  (gives no reason)'}")
+    terminalreporter.line(
+        f'mark it @pytest.mark.costs("why"), or @pytest.mark.long("why") for `make test-all`; above {TOO_DEAR:g} s without a reason the run fails'
+    )

@@ -11,8 +11,8 @@ import pytest
 from swarm.fuzzy import Profile, load_profile
 from swarm.maps.occupancy import Cell, OccupancyMap
 from swarm.maps.text import from_text
-from swarm.scenario.load import Scenario, checked
-from swarm.scenario.prepare import settled
+from swarm.scenario.load import Scenario, check_values
+from swarm.scenario.prepare import settle_lattice
 
 ROOT = Path(__file__).parents[1]
 PAPER = ROOT / "scenarios" / "paper.yaml"
@@ -39,9 +39,9 @@ def scenario_of(text: str = ROOM, profile: Profile | None = None, **fields: obje
         "targets": [[7.5, 3.5]],
     }
     raw |= fields
-    settings = checked(raw, "test")
+    settings = check_values(raw, "test")
     floor = from_text(text, settings.map.cell)
-    return settled(Scenario(settings, floor, profile or load_profile("paper")))
+    return settle_lattice(Scenario(settings, floor, profile or load_profile("paper")))
 
 
 def with_block(floor: OccupancyMap, low: Cell, high: Cell, kind: int) -> OccupancyMap:
@@ -56,7 +56,7 @@ def with_settings(scenario: Scenario, **sections: object) -> Scenario:
     raw = msgspec.to_builtins(scenario.settings)
     for name, value in sections.items():
         raw[name] = raw[name] | value if isinstance(value, dict) else value
-    return settled(Scenario(checked(raw, "test"), scenario.map, scenario.profile))
+    return settle_lattice(Scenario(check_values(raw, "test"), scenario.map, scenario.profile))
 
 
 def with_consequents(profile: Profile, choose: Callable[[str, tuple[str, ...]], tuple[str, ...]]) -> Profile:

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from swarm.awake import LONGEST, Awake
+from swarm.suspend_clock import LONGEST, Awake
 
 pauses = st.lists(st.floats(0.0, 100.0), max_size=20)
 

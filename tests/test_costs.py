@@ -25,10 +25,10 @@ def test_what_takes_minutes_begins_first(pytester: pytest.Pytester) -> None:
     [
         ("", 0.0, True, pytest.ExitCode.TESTS_FAILED),
         ("", 60.0, False, pytest.ExitCode.OK),
-        ('@pytest.mark.costs("it counts far")', 0.0, False, pytest.ExitCode.OK),
+        ('@pytest.mark.costs("it counts far")', 0.0, True, pytest.ExitCode.OK),
     ],
 )
-def test_a_test_that_computes_for_long_is_named_unless_it_says_why(
+def test_costs_are_listed_and_one_without_a_reason_fails_the_run(
     reason: str,
     limit: float,
     told: bool,
@@ -39,6 +39,8 @@ def test_a_test_that_computes_for_long_is_named_unless_it_says_why(
     monkeypatch.setattr(costs, "DEAR", limit)
     monkeypatch.setattr(costs, "TOO_DEAR", limit)
     pytester.makepyfile(f"import pytest\n{reason}\ndef test_it(): sum(range(1_000_000))\n")
-    done = pytester.runpytest_inprocess("-p", "tests.costs", "-p", "no:cacheprovider")
+    options = "-p", "tests.costs", "-p", "no:cacheprovider"
+    done = pytester.runpytest_inprocess(*options, "--costs")
     assert done.ret == status
     assert any("test_it" in line for line in done.outlines) == told
+    assert pytester.runpytest_inprocess(*options).ret == pytest.ExitCode.OK

@@ -12,13 +12,13 @@ import pytest
 
 from swarm.fuzzy import load_profile
 from swarm.scenario.load import Scenario, load
-from swarm.scenario.prepare import settled
+from swarm.scenario.prepare import settle_lattice
+from swarm.storm.history.history import record
+from swarm.storm.plans.draw import draw
+from swarm.storm.plans.plan import read
 from tests.shared import ROOT, mostly_long, with_settings
 from world.faults import Faults, Health, Spell
 from world.simulate import Simulation
-from world.storm.history.history import record
-from world.storm.plans.draw import draw
-from world.storm.plans.plan import read
 
 EXPECTED: Final = Path(__file__).parent / "digests.json"
 
@@ -80,7 +80,7 @@ QUICK: Final = ("paper, killed", "corridor", "unknown")
 
 def _of_run(run: Fixed) -> str:
     raw = load(ROOT / "scenarios" / f"{run.scenario}.yaml")
-    scenario = with_settings(raw, **run.changes) if run.changes else settled(raw)
+    scenario = with_settings(raw, **run.changes) if run.changes else settle_lattice(raw)
     if "controller" in run.changes:
         scenario = Scenario(scenario.settings, scenario.map, load_profile(scenario.settings.controller))
     return str(Simulation.of(scenario, run.robots, 1, run.faults).run(run.limit)["digest"])

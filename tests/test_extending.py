@@ -13,10 +13,10 @@ from swarm.cli import main
 from swarm.errors import ConfigError
 from swarm.fuzzy import Controller, load_profile
 from swarm.scenario.load import load
+from swarm.storm.plans.plan import read
 from tests.shared import ROOT
 from world.faults import Faults, Health, Spell
 from world.simulate import Simulation
-from world.storm.plans.plan import read
 
 PAGE: Final = (ROOT / "docs" / "extending.md").read_text(encoding="utf-8")
 BLOCK: Final = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
@@ -137,12 +137,12 @@ try:
     with Bus(place, "walk", log=str) as listener, Bus(place, "walk") as robot:
         listener.listen(BATTERY)
         heard, deadline = None, monotonic() + 60.0
-        while (heard is None or not listener.refused) and monotonic() < deadline:  # a busy machine may drop one
+        while (heard is None or not listener.refused_counts) and monotonic() < deadline:  # a busy machine may drop one
             robot.send(BATTERY, full, robot="r2")  # in another robot's key
             robot.send(BATTERY, full, robot="r1")
             arrived = listener.receive(0.1)
             heard = arrived if isinstance(arrived, Arrival) else heard
-        print("heard:", heard.ids["robot"], heard.message.lasts, list(listener.refused))
+        print("heard:", heard.ids["robot"], heard.message.lasts, list(listener.refused_counts))
 finally:
     over.set()
     router.join()
@@ -204,7 +204,7 @@ def test_a_plan_file_holds_a_robot_up_and_a_storm_judges_it(
 FAULT: Final = """
 from pathlib import Path
 from swarm.cli import main
-from world.storm.plans.plan import read
+from swarm.storm.plans.plan import read
 from swarm.launch.storm import only_simulated
 from world.simulate import Simulation
 

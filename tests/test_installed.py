@@ -12,7 +12,7 @@ from typing import Any, Final
 
 import pytest
 
-from swarm.installed import EXTRAS, LIBRARIES, ROBOT, TOPS
+from swarm.installation import EXTRAS, LIBRARIES, ROBOT, TOPS
 from tests.shared import ROOT
 
 PRODUCT: Final = ("swarm", "scenarios", *TOPS)
@@ -112,6 +112,7 @@ def test_a_library_that_is_missing_is_named(tmp_path: Path, library: str) -> Non
     assert (done.returncode, done.stderr) == (2, expected)
 
 
+@pytest.mark.long("a mission in an environment of its own")
 def test_a_robot_does_without_the_libraries_that_only_others_need(tmp_path: Path) -> None:
     others = {name for library, name in LIBRARIES.items() if library not in ROBOT}
     nowhere = "--connect", "tcp/127.0.0.1:9"
@@ -166,8 +167,9 @@ def test_what_needs_vda5050_names_the_extra(tmp_path: Path) -> None:
     assert (done.returncode, done.stderr) == (2, f"swarm: bridge vda5050: {said}\n")
 
 
+@pytest.mark.long("compiles all kernels")
 def test_the_first_start_says_once_that_it_compiles(tmp_path: Path) -> None:
-    code = "from swarm import compiled; compiled.announce()"
+    code = "from swarm import kernels; kernels.announce_compilation()"
     for expected in ("compiling the kernels of planning, steering and traffic", ""):
         done = subprocess.run(
             [sys.executable, "-c", code],

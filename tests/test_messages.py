@@ -232,10 +232,10 @@ BAD_PAYLOADS = {
 
 
 @pytest.mark.parametrize("name", BAD_PAYLOADS)
-@pytest.mark.parametrize("kind", KINDS)
-def test_a_bad_payload_is_refused(name: str, kind: type[Message]) -> None:
-    with pytest.raises(PeerError, match=f"^{kind.__name__.lower()}: "):
-        decode(BAD_PAYLOADS[name], kind, LARGE)
+def test_a_bad_payload_is_refused(name: str) -> None:
+    for kind in KINDS:
+        with pytest.raises(PeerError, match=f"^{kind.__name__.lower()}: "):
+            decode(BAD_PAYLOADS[name], kind, LARGE)
 
 
 def test_a_payload_over_its_limit_is_refused_unread_and_one_at_it_is_not() -> None:

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from benchmarks.other_worlds import Drawn, judge, touched
+from swarm.storm.history.free_space import label_spaces
 from world.faults import Faults
-from world.storm.history.drawing import spaces
 
 SOLID = np.pad(np.zeros((4, 6), np.bool_), 1, constant_values=True)  # a hall of 6 m by 4 m, walls of 1 m around it
-HALL = Drawn({}, SOLID, 1.0, spaces(SOLID, 1.0, 0.2), Faults())
+HALL = Drawn({}, SOLID, 1.0, label_spaces(SOLID, 1.0, 0.2), Faults())
 MID, WALL, BESIDE = (3.0, 3.0), (1.1, 3.0), (1.45, 3.0)
 FAR = (6.0, 4.0)
 

@@ -1,16 +1,18 @@
 """The layout: which room may import which, and the largest size of a file."""
 
 import ast
+import re
 import subprocess
 import sys
 import tomllib
+from functools import cache
 from graphlib import TopologicalSorter
 from pathlib import Path
 from typing import Final
 
 import pytest
 
-from swarm.compiled import KERNELS
+from swarm.kernels import KERNELS
 
 ROOT: Final = Path(__file__).parents[1]
 TOPS: Final = ("swarm", "world", "dashboard")
@@ -19,13 +21,13 @@ DOCUMENTED: Final = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctio
 # a room imports only rooms that stand before it
 ORDER: Final = (
     "swarm.errors",
-    "swarm.installed",
-    "swarm.stopping",
+    "swarm.installation",
+    "swarm.stop_signal",
     "swarm.process_name",
-    "swarm.awake",
+    "swarm.suspend_clock",
     "swarm.heartbeat",
     "swarm.geometry",
-    "swarm.compiled",
+    "swarm.kernels",
     "swarm.built_kernels",
     "swarm.fingerprint",
     "swarm.garbage",
@@ -40,7 +42,10 @@ ORDER: Final = (
     "swarm.traffic",
     "swarm.scenario",
     "swarm.robot",
+    "swarm.tape",
     "world",
+    "swarm.storm",
+    "swarm.blackbox",
     "dashboard",
     "swarm.bridge",
     "swarm.launch",
@@ -61,13 +66,12 @@ SUBROOMS: Final = {
     "world.fleet": "tasks",
     "world.views": "fleet tasks",
     "world.saving": "fleet tasks",
-    "world.tape": "",
-    "world.host": "bodies fleet saving tape tasks views",
-    "world.replay": "fleet host saving tape tasks views",
-    "world.explain": "host replay tape",
-    "world.storm.plans": "",
-    "world.storm.history": "plans",
-    "world.storm.laws": "history",
+    "world.host": "bodies fleet saving tasks views",
+    "swarm.blackbox.replay": "",
+    "swarm.blackbox.explain": "replay",
+    "swarm.storm.plans": "",
+    "swarm.storm.history": "plans",
+    "swarm.storm.laws": "history",
     "swarm.robot.driving": "",
     "swarm.robot.host": "",
     "swarm.bridge.cdr": "",
@@ -113,10 +117,17 @@ def named(file: Path) -> str:
     return file.relative_to(ROOT).as_posix()
 
 
+@cache
+def nodes_of(file: Path) -> list[ast.AST]:
+    """List all parts of a file's program, the file itself first."""
+    return list(ast.walk(ast.parse(file.read_text(encoding="utf-8"))))
+
+
+@cache
 def imported(file: Path) -> list[str]:
     """List every module that a file imports, at the top or later."""
     found = []
-    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+    for node in nodes_of(file):
         if isinstance(node, ast.ImportFrom):
             assert node.level == 0, f"{named(file)}: imports are absolute"
             assert node.module is not None
@@ -133,14 +144,14 @@ def room_of(module: str) -> str | None:
     return ".".join(parts[:2]) if parts[0] == "swarm" else parts[0]
 
 
-@pytest.mark.parametrize("file", FILES, ids=named)
-def test_a_room_imports_only_rooms_below_it(file: Path) -> None:
-    own = room_of(".".join(file.relative_to(ROOT).with_suffix("").parts))
-    if own == "swarm.__init__":
-        return
-    assert own in ORDER, "give the new room its place in the order"
-    rooms = {room for module in imported(file) if (room := room_of(module)) not in {None, own}}
-    assert [room for room in rooms if room not in ORDER[: ORDER.index(own)]] == []
+def test_a_room_imports_only_rooms_below_it() -> None:
+    for file in FILES:
+        own = room_of(".".join(file.relative_to(ROOT).with_suffix("").parts))
+        if own == "swarm.__init__":
+            continue
+        assert own in ORDER, f"{named(file)}: give the new room its place in the order"
+        rooms = {room for module in imported(file) if (room := room_of(module)) not in {None, own}}
+        assert [room for room in rooms if room not in ORDER[: ORDER.index(own)]] == [], named(file)
 
 
 @pytest.mark.parametrize("name", SUBROOMS)
@@ -163,7 +174,7 @@ def test_no_files_import_each_other() -> None:
     modules = {".".join(file.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__"): file for file in FILES}
     graph = {}
     for module, file in modules.items():
-        nodes = list(ast.walk(ast.parse(file.read_text(encoding="utf-8"))))
+        nodes = nodes_of(file)
         names = {
             f"{node.module}.{alias.name}" if f"{node.module}.{alias.name}" in modules else node.module
             for node in nodes if isinstance(node, ast.ImportFrom) for alias in node.names
@@ -195,9 +206,7 @@ def test_loading_a_scenario_does_not_go_down_into_traffic() -> None:
 
 def kernels_of(file: Path) -> list[ast.FunctionDef]:
     """List a file's functions that numba compiles."""
-    functions = [
-        node for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))) if isinstance(node, ast.FunctionDef)
-    ]
+    functions = [node for node in nodes_of(file) if isinstance(node, ast.FunctionDef)]
     return [node for node in functions if any(ast.unparse(one).startswith("njit") for one in node.decorator_list)]
 
 
@@ -213,37 +222,38 @@ def test_every_kernel_is_compiled_before_robots_start() -> None:
     assert set(KERNELS) == found
 
 
-@pytest.mark.parametrize("file", [file for file in FILES if named(file).startswith("swarm/robot/")], ids=named)
-def test_a_robots_kernel_takes_no_constant_from_another_file(file: Path) -> None:
+def test_a_robots_kernel_takes_no_constant_from_another_file() -> None:
     """numba's cache does not notice that a global of another file has been tuned; it notices a maker's argument."""
-    imports = [node for node in ast.parse(file.read_text(encoding="utf-8")).body if isinstance(node, ast.ImportFrom)]
-    constants = {alias.name for node in imports for alias in node.names if alias.name.isupper()}
-    for kernel in kernels_of(file):
-        used = {node.id for line in kernel.body for node in ast.walk(line) if isinstance(node, ast.Name)}
-        assert used & constants == set(), (
-            f"{named(file)}: {kernel.name}: give it as an argument of the kernel or its maker"
-        )
+    for file in [file for file in FILES if named(file).startswith("swarm/robot/")]:
+        imports = [node for node in nodes_of(file) if isinstance(node, ast.ImportFrom)]
+        constants = {alias.name for node in imports for alias in node.names if alias.name.isupper()}
+        for kernel in kernels_of(file):
+            used = {node.id for line in kernel.body for node in ast.walk(line) if isinstance(node, ast.Name)}
+            where = f"{named(file)}: {kernel.name}"
+            assert used & constants == set(), f"{where}: give it as an argument of the kernel or its maker"
 
 
 def lines_of_code(file: Path) -> int:
     """Return how many lines a file has without its docstrings."""
-    text = file.read_text(encoding="utf-8")
-    nodes = [node for node in ast.walk(ast.parse(text)) if isinstance(node, DOCUMENTED) and ast.get_docstring(node)]
+    nodes = [node for node in nodes_of(file) if isinstance(node, DOCUMENTED) and ast.get_docstring(node)]
     told = [node.body[0] for node in nodes]
-    return len(text.splitlines()) - sum((one.end_lineno or one.lineno) - one.lineno + 1 for one in told)
+    return len(file.read_text(encoding="utf-8").splitlines()) - sum(
+        (one.end_lineno or one.lineno) - one.lineno + 1 for one in told
+    )
 
 
-@pytest.mark.parametrize("file", FILES, ids=named)
-def test_no_file_is_long(file: Path) -> None:
-    assert lines_of_code(file) <= LONGEST
+def test_no_file_is_long() -> None:
+    assert [named(file) for file in FILES if lines_of_code(file) > LONGEST] == []
 
 
-@pytest.mark.parametrize("file", sorted((ROOT / "tests").rglob("*.py")), ids=named)
-def test_a_test_comes_in_by_the_public_door(file: Path) -> None:
+def test_a_test_comes_in_by_the_public_door() -> None:
     """A test that reads a private name holds how something is made, not what it does, and breaks when it is tidied."""
-    tree = ast.parse(file.read_text(encoding="utf-8"))
     found = {
-        f"{name} in {ast.unparse(node)}" for node in ast.walk(tree) for name in reached_for(node) if is_private(name)
+        f"{named(file)}: {name} in {ast.unparse(node)}"
+        for file in (ROOT / "tests").rglob("*.py")
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8")))
+        for name in reached_for(node)
+        if is_private(name)
     }
     assert found == set()
 
@@ -279,3 +289,44 @@ def test_every_room_is_installed() -> None:
     }
     assert set(project["packages"]) == folders | set(moved)
     assert all((ROOT / folder).is_dir() for folder in moved.values())
+
+
+# ---- names: a function that acts is a verb and its object, a module is the noun of what is in it, a class is one thing
+
+IRREGULAR: Final = re.compile(
+    "said|told|kept|made|found|given|gone|heard|seen|left|held|chosen|known|meant|sent|asked|taken|shown|drawn|driven|"
+    "spoken|cut|shut|lost|begun|worn|stood|came|woke"
+)
+TERMS: Final = {  # words of the field that end as a gerund or a participle does
+    "dashboard/tape_recording.py", "swarm/robot/tuning.py", "swarm/storm/laws/driving.py", "world/measure/steering.py", "world/host/tape_feed.py",
+}  # fmt: skip
+PARTICIPLES: Final = 40  # functions whose first word is one, at most: as an adjective it may be the right word
+SHARED: Final = 8  # class names that stand twice, at most: a protocol's own words, in the bridge to it
+
+
+def is_participle(word: str) -> bool:
+    return (word.endswith("ed") and len(word) > 4) or IRREGULAR.fullmatch(word) is not None
+
+
+def test_names_say_what_a_function_does_and_a_class_is_one_thing() -> None:
+    functions, classes = list[str](), dict[str, list[str]]()
+    for file in FILES:
+        for node in nodes_of(file):
+            if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef) and not node.name.startswith("__"):
+                words = node.name.strip("_").split("_")
+                assert len(words) > 1 or not is_participle(words[0]), (
+                    f"{named(file)}: {node.name}: a verb and its object"
+                )
+                functions += [f"{named(file)} {node.name}"] * is_participle(words[0])
+            elif isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
+                classes.setdefault(node.name, []).append(named(file))
+    assert len(functions) <= PARTICIPLES, functions
+    shared = {name: places for name, places in classes.items() if len(places) > 1}
+    assert len(shared) <= SHARED, shared
+    assert [name for name, places in shared.items() if all("/bridge/" not in place for place in places)] == []
+
+
+def test_a_module_is_named_by_a_noun() -> None:
+    last = {named(file): file.stem.split("_")[-1] for file in FILES}
+    wrong = [name for name, word in last.items() if word.endswith("ing") or is_participle(word)]
+    assert set(wrong) <= TERMS

@@ -8,7 +8,7 @@ import pytest
 from swarm.maps.occupancy import WALL
 from swarm.scenario.benchmark import from_benchmark
 from swarm.scenario.load import Scenario, load
-from swarm.scenario.prepare import settled
+from swarm.scenario.prepare import settle_lattice
 from tests.shared import DATA, needs_data, with_settings
 from world.simulate import Simulation
 
@@ -73,9 +73,9 @@ def test_the_same_seed_under_holds_is_the_same_run() -> None:
 
 
 def test_a_wall_put_up_while_running_moves_no_cell() -> None:
-    before = settled(load(SCENARIOS / "doorway.yaml"))
-    walled, _, _ = before.map.edited(WALL, (2.0, 2.0), (3.0, 5.0))
-    after = settled(Scenario(before.settings, walled, before.profile))
+    before = settle_lattice(load(SCENARIOS / "doorway.yaml"))
+    walled, _, _ = before.map.edit_rectangle(WALL, (2.0, 2.0), (3.0, 5.0))
+    after = settle_lattice(Scenario(before.settings, walled, before.profile))
     assert after.settings.traffic == before.settings.traffic
     assert after.settings.traffic.offset is not None
 

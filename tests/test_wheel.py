@@ -18,11 +18,11 @@ from urllib.request import Request, urlopen
 import pytest
 from packaging.requirements import Requirement
 
-from swarm.installed import EXTRAS
+from swarm.installation import EXTRAS
 from tests.shared import ROOT
 
 PARTS: Final = ("swarm", "world", "dashboard", "scenarios")
-FILES: Final = ("pyproject.toml", "setup.py", "README.md", "LICENSE")
+FILES: Final = ("pyproject.toml", "README.md", "LICENSE")
 MISSION: Final = ("run", "paper", "--robots=2", "--pace=max", "--dashboard=off", "--report=report.json", "--quiet")
 LOADED: Final = re.compile(r"\[cache\] data (loaded|saved)")  # what numba says of a kernel with NUMBA_DEBUG_CACHE=1
 ALL: Final = """
@@ -203,7 +203,7 @@ def test_the_images_load_the_kernels_that_their_build_has_compiled(installed: Pa
     cache = {"NUMBA_CACHE_DIR": str(tmp_path)}
     done(["sh", "-c", command], Path("/"), **cache)
     there = sorted(tmp_path.rglob("*"))
-    load = [str(installed / "python"), "-c", "from swarm import compiled; compiled.load()"]
+    load = [str(installed / "python"), "-c", "from swarm import kernels; kernels.load()"]
     words = LOADED.findall(done(load, Path("/"), NUMBA_DEBUG_CACHE="1", NUMBA_CACHE_LOCATOR_CLASSES=locator, **cache))
     assert sorted(tmp_path.rglob("*")) == there
     assert words

@@ -9,6 +9,7 @@ from typing import Final, NamedTuple
 
 LASTS = 5.0  # s, length of a drawn hold-up or suspension
 LASTS_TICKS: Final = 60  # ticks for which a drawn delay holds at most: three seconds
+CHANGES: Final = 0.5  # chance that a delay changes from tick to tick for that long, as on a busy machine
 
 
 class Health(Enum):
@@ -71,7 +72,7 @@ class Drill:
         if self.slowest == self.late:
             return self.late
         if robot not in self._delays:
-            self._delays[robot] = _changing(self.slowest - self.late, Random(f"slow {self._seed} {robot}"))
+            self._delays[robot] = _changing_delays(self.slowest - self.late, Random(f"slow {self._seed} {robot}"))
         return self.late + next(self._delays[robot])
 
     def health(self, robot: str, time: float, *, leads: bool) -> Health:
@@ -103,9 +104,9 @@ class Drill:
         return Health.WELL
 
 
-def _changing(most: int, chance: Random) -> Iterator[int]:
-    """Yield delays of 0 to ``most`` ticks: one holds for a while, as on a network with a load that changes."""
+def _changing_delays(most: int, chance: Random) -> Iterator[int]:
+    """Yield delays of 0 to ``most`` ticks: each holds for a while, or all change from tick to tick for a while."""
     while True:
-        delay = chance.randint(0, most)
+        changes, delay = chance.random() < CHANGES, chance.randint(0, most)
         for _ in range(chance.randint(1, LASTS_TICKS)):
-            yield delay
+            yield chance.randint(0, most) if changes else delay

@@ -24,7 +24,7 @@ class InProcess:
     last: LastMessages = field(default_factory=LastMessages)
     broadcasts: dict[Sent, Broadcast] = field(default_factory=dict)  # of this run, those that may still be heard
 
-    def edited(self) -> Scenario:
+    def scenario_on_floor(self) -> Scenario:
         """Return the scenario with the floor as it is."""
         return replace(self.scenario, map=self.world.bodies.floor)
 
@@ -32,16 +32,18 @@ class InProcess:
         """Return a robot whose process begins on the floor as it is, without any memory."""
         world = self.world
         start = Pose(*world.starts[world.number(name)])
-        return Robot(name, number_of(name), self.edited(), start, None, self.controller, edits=world.bodies.edits)
+        return Robot(
+            name, number_of(name), self.scenario_on_floor(), start, None, self.controller, edits=world.bodies.edits
+        )
 
-    def welcomed(self, name: str) -> Robot:
+    def welcome_robot(self, name: str) -> Robot:
         """Return a robot whose process joins the run now, with the world's record of its progress."""
         robot, world = self.new_robot(name), self.world
         if world.tick:
-            robot.resume(progress(name, world), world.tasks.missions.orders.assigned(world.number(name)))
+            robot.resume(progress(name, world), world.tasks.missions.orders.assigned_stops(world.number(name)))
         return robot
 
-    def heard(self, pairs: Iterable[Sent]) -> list[Broadcast]:
+    def find_broadcasts(self, pairs: Iterable[Sent]) -> list[Broadcast]:
         """Return the broadcasts of pairs of a robot and a tick."""
         return [self.broadcasts[pair] for pair in pairs]
 
@@ -55,7 +57,7 @@ class InProcess:
         """Run a tick of the world by the answers that have come; return its events."""
         self.world.bodies.external.told = self.last.bodies
         events = self.world.step(self.last.commands, self.last.sent)
-        self.last.carried_out()
+        self.last.forget_commands()
         return events
 
     def forget(self, before: int) -> None:

@@ -20,7 +20,7 @@ from world.views.report import missing, report
 from world.world import World
 
 
-class Answer(NamedTuple):
+class AnswerUnderWay(NamedTuple):
     """A robot's answer on its way to the world."""
 
     due: int  # tick in which it arrives
@@ -45,7 +45,7 @@ class Simulation(InProcess):
     robots: list[Robot]
     seed: int
     drill: Drill
-    _under_way: dict[str, deque[Answer]] = field(default_factory=dict)  # answers of each robot, oldest first
+    _under_way: dict[str, deque[AnswerUnderWay]] = field(default_factory=dict)  # answers of each robot, oldest first
     _leaders: set[str] = field(default_factory=set)
     _away: set[str] = field(default_factory=set)
 
@@ -76,12 +76,14 @@ class Simulation(InProcess):
                     self._away.add(name)
                 continue
             robot = self._present(name, number, sense)
-            outputs = robot.step(Inputs(sense, self.heard(sense.hears)))
+            outputs = robot.step(Inputs(sense, self.find_broadcasts(sense.hears)))
             held_up = health[name] is Health.HELD_UP
             command = commands[name] = changed(outputs.command, left=0.0, right=0.0) if held_up else outputs.command
             under_way = self._under_way.setdefault(name, deque())
             due = world.tick + self.drill.delay(name)
-            under_way.append(Answer(max([due, *(answer.due for answer in under_way)]), command, outputs.broadcast))
+            under_way.append(
+                AnswerUnderWay(max([due, *(answer.due for answer in under_way)]), command, outputs.broadcast)
+            )
             if outputs.broadcast is not None:
                 spoken[name] = outputs.broadcast
                 own = outputs.broadcast.traffic and outputs.broadcast.traffic.own
@@ -105,16 +107,16 @@ class Simulation(InProcess):
         robot = self.robots[number]
         if name in self._away:
             self._away.discard(name)
-            robot = self.robots[number] = self.welcomed(name)
-        elif robot.missed(sense):
-            robot.take_map(self.edited(), self.world.bodies.edits)
+            robot = self.robots[number] = self.welcome_robot(name)
+        elif robot.has_missed_edits(sense):
+            robot.take_map(self.scenario_on_floor(), self.world.bodies.edits)
         return robot
 
     def run(
         self,
         limit: float | None = None,
         watch: Callable[[World], None] | None = None,
-        over: Callable[[World], bool] = lambda world: world.finished,
+        over: Callable[[World], bool] = lambda world: world.is_finished,
     ) -> dict[str, Any]:
         """Step until ``over`` returns True or ``limit`` [simulated s] has passed, and return the report."""
         world, began = self.world, perf_counter()
@@ -127,9 +129,9 @@ class Simulation(InProcess):
 
     def report(self, wall_time: float, limit: float) -> dict[str, Any]:
         """Return the report of the run so far; ``limit`` [simulated s] is what ended it if it is not finished."""
-        world, edited = self.world, self.edited()
+        world, edited = self.world, self.scenario_on_floor()
         return report(
             world, shortest_lengths(world, planning_grid(edited)), scenario=edited.settings.name, seed=self.seed,
             robots_per_process=len(self.robots), pace="max", wall_time=wall_time, late_commands=0, tick_wall=None,
-            reason=missing(world) if world.finished else f"time limit of {limit:g} s; {missing(world)}",
+            reason=missing(world) if world.is_finished else f"time limit of {limit:g} s; {missing(world)}",
         )  # fmt: skip

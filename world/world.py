@@ -14,19 +14,19 @@ from swarm.errors import ConfigError, PeerError
 from swarm.geometry import Pose
 from swarm.maps.occupancy import Point
 from swarm.messages import Accepted, Command, Edit, Event, Order, Places, PoolTargets, RobotAction, Sense
-from swarm.messages.naming import long_id, shortened
+from swarm.messages.short_ids import long_id, shorten_ids
 from swarm.scenario.load import Scenario
-from swarm.scenario.starts import later_name, names
+from swarm.scenario.starts import later_name, robot_names
 from world.bodies.bodies import Bodies, BodiesState
+from world.bodies.event_line import EventLine
 from world.bodies.radio_model import RadioModel
-from world.bodies.said import Said
 from world.measure.measures import Measures
 from world.measure.progress import STALLED
 from world.measure.state import MeasuresState
 from world.tasks.places import Book
 from world.tasks.reachable import Reachable
 from world.tasks.schedule import as_edit, as_request
-from world.tasks.standing import fallen_silent, why
+from world.tasks.standstill import classify_silence, why
 from world.tasks.tasks import Tasks, TasksState
 
 
@@ -50,7 +50,7 @@ class World:
     ) -> None:  # fmt: skip
         """Begin with the scenario's robots at ``starts``, and with those for whom ``places`` were opened."""
         self.settings = scenario.settings
-        self.robots = list(names(len(starts)))
+        self.robots = list(robot_names(len(starts)))
         self.starts = list(starts)  # of all robots
         self.identity = identity  # the same in all runs of a fleet's world, and after it was started again
         self.run = run
@@ -62,7 +62,7 @@ class World:
         places = places or Book(starts=[], requests={})
         stops = [scenario.stops(number, (start.x, start.y)) for number, start in enumerate(starts)]
         numbers = {name: self._number[name] for name in external}
-        self.bodies = Bodies(scenario, starts, [len(row) for row in stops], seed, numbers, edits)
+        self.bodies = Bodies(scenario, starts, [len(row) for row in stops], seed, numbers, edits, self.robots)
         self.measures = Measures(scenario, starts, self.robots)
         self.tasks = Tasks(scenario, starts, stops, self.robots, self.measures.recorder, places)
         self.radio = RadioModel(self.settings.radio, seed, self.bodies.physics.sees)
@@ -97,7 +97,7 @@ class World:
     def event(self, kind: str, text: str, robot: str | None = None, at: Point | None = None) -> Event:
         """Return an event of this tick. Of a long id its text has 8 digits, and ``request`` all; ``at`` is in m."""
         return Event(
-            run=self.run, tick=self.tick, time=self.time, robot=robot, kind=kind, text=shortened(text), at=at,
+            run=self.run, tick=self.tick, time=self.time, robot=robot, kind=kind, text=shorten_ids(text), at=at,
             request=long_id(text),
         )  # fmt: skip
 
@@ -106,28 +106,28 @@ class World:
     @property
     def plans_matter(self) -> bool:
         """True if a request or errand waits, or an edit that may open a way to a stop given up does, or was lately."""
-        return self.tasks.plans_matter(self.bodies.remembered, self.poses(), self.measures.cells, self.tick)
+        return self.tasks.plans_matter(self.bodies.recent_edits, self.poses(), self.measures.cells, self.tick)
 
     @property
-    def finished(self) -> bool:
+    def is_finished(self) -> bool:
         """True if no robot has anything left to do, or if the robots have proven that their jam has no solution."""
-        tasks, unfinished = self.tasks, self.tasks.unfinished
-        if not unfinished or tasks.missions.any_stopped or tasks.planned_orders.left:
+        tasks, unfinished = self.tasks, self.tasks.unfinished_robots
+        if not unfinished or tasks.missions.any_stopped or tasks.planned_orders.plans_left:
             return not unfinished and not self.plans_matter
-        return self.measures.jammed(self.time, tasks.commands)
+        return self.measures.is_jammed(self.time, tasks.commands)
 
     @property
     def stands_for_good(self) -> bool:
         """True if nobody that speaks gets on with what is left: a jam without a solution, or all have stalled."""
         tasks, standing = self.tasks, enumerate(self.measures.progress.standing(self.time))
-        left = [time for number, time in standing if isfinite(time) and not fallen_silent(tasks, number, self.tick)]
+        left = [time for number, time in standing if isfinite(time) and not classify_silence(tasks, number, self.tick)]
         if not left or tasks.missions.any_stopped:
             return False
-        return min(left) >= STALLED or self.measures.jammed(self.time, tasks.commands)
+        return min(left) >= STALLED or self.measures.is_jammed(self.time, tasks.commands)
 
     def rests(self, members: Sequence[str]) -> bool:
         """Return True if nothing would happen until somebody asks for something; ``members`` are there."""
-        awaited = self.tasks.waits_for(members) or self.tasks.planned_edits.left or self.plans_matter
+        awaited = self.tasks.waits_for(members) or self.tasks.planned_edits.plans_left or self.plans_matter
         return not awaited and not any(map(any, self.bodies.wheels))
 
     # --- one tick ---
@@ -136,8 +136,8 @@ class World:
         """Return what every robot senses at this tick, by name; asked again, it is the same."""
         bodies, missions, found = self.bodies, self.tasks.missions, {}
         edits = bodies.recent(self.tick)
-        for number, (name, pose) in enumerate(zip(self.robots, self.poses(), strict=True)):
-            twist = bodies.twist(number)
+        for number, (name, true_pose) in enumerate(zip(self.robots, self.poses(), strict=True)):
+            twist, (pose, pose_error, yaw_error) = bodies.twist(number), bodies.told_pose(number, true_pose)
             left, front, right, rays = bodies.distances[number]
             found[name] = Sense(
                 world=self.identity, run=self.run, tick=self.tick, time=self.time, lockstep=lockstep,
@@ -145,7 +145,9 @@ class World:
                 linear=twist.linear, angular=twist.angular, left=left, front=front, right=right,
                 bearings=bodies.bearings(number, missions.places(number)),
                 hears=self._heard[number], rays=rays, edits_before=bodies.edits - len(edits), edits=edits,
-                assigned=missions.to_tell(number, self.tasks.commands[number]), stopped=missions.stopped(number),
+                assigned=missions.to_tell(number, self.tasks.commands[number]), stopped=missions.is_stopped(number),
+                pose_error=pose_error, yaw_error=yaw_error,
+                counted=missions.counted_stops(number) if pose_error or yaw_error else None,
             )  # fmt: skip
         return found
 
@@ -153,7 +155,7 @@ class World:
         """Run one tick by the commands that came and the broadcasts (robot, tick) sent with them; return its events."""
         bodies, tasks, measures = self.bodies, self.tasks, self.measures
         poses = self.poses()
-        measures.steering.sensed(self.tick, bodies.distances)
+        measures.steering.note_distances(self.tick, bodies.distances)
         arrived = tasks.arrivals(poses, self.time)
         if arrived:
             measures.verdict.clear()  # the jam did not stop the whole fleet
@@ -166,7 +168,7 @@ class World:
         self._heard = [[(self.robots[sender], tick) for sender, tick in row] for row in heard]
         self.tick += 1
         said = measures.record(moved, in_force, tasks.commands)
-        stalled = measures.stalled(self.time, moved, tasks.missions.under_way)
+        stalled = measures.record_stalls(self.time, moved, tasks.missions.under_way)
         said += [self._stall(number, moved.poses) for number in stalled]
         handed = tasks.hand_out(moved.poses, measures.cells, measures.progress.standing(self.time), self.tick)
         if handed:
@@ -175,18 +177,19 @@ class World:
         events += [*self._events(said + handed), *self._carry_out()]  # first what was reached, then planned orders
         if self.due:
             bodies.physics.settle()  # also if nobody saves: a run that was killed and one that was not are the same
-        bodies.sense(tasks.targets)
+        bodies.sense(tasks.targets, self.tick)
+        events += self._events(bodies.watch_poses())
         return events
 
-    def _events(self, said: Sequence[Said]) -> list[Event]:
+    def _events(self, said: Sequence[EventLine]) -> list[Event]:
         return [self.event(*one) for one in said]
 
-    def _stall(self, number: int, poses: Sequence[Pose]) -> Said:
+    def _stall(self, number: int, poses: Sequence[Pose]) -> EventLine:
         """Return a line on a robot that has stops left and makes no progress for long."""
         missions, reason = self.tasks.missions, why(self.tasks, number, poses, self.tick)
         stop = missions.label(number, missions.left[number] or 0)
         text = f"made no progress towards {stop} for {STALLED:g} s{f': {reason}' if reason else ''}"
-        return Said("stalled", text, self.robots[number])
+        return EventLine("stalled", text, self.robots[number])
 
     def _carry_out(self) -> list[Event]:
         """Carry out the planned edits and requests whose time has come; one that is refused becomes an event."""
@@ -270,7 +273,7 @@ class World:
     def open_places(self, request: Places) -> tuple[Accepted, list[Event]]:
         """Open places for more robots and put bodies there; for the result and errors see ``request``."""
         book, events = self.tasks.places, list[Event]()
-        if (opened := book.known(request)) is None:
+        if (opened := book.known_request(request)) is None:
             free = self.tasks.spots(self.starts, self.bodies, self.measures.cells, self.time)
             starts = free.starts(request, len(self.robots))
             opened = book.enter(request, starts, [self.add_robot(start) for start in starts])
@@ -303,5 +306,5 @@ class World:
         if not self.bodies.edit(edit, self.robots, self.tick, sensed=sensed):
             return False
         self.measures.set_floor(self.bodies.floor)
-        self.tasks.pool.forgive()
+        self.tasks.pool.offer_all_again()
         return True

@@ -19,10 +19,10 @@ from typing import Final
 from swarm import garbage
 from swarm.bus.codec import decode, encode
 from swarm.messages import RADIO, Broadcast
-from swarm.robot.host.radio import zone
+from swarm.robot.host.radio import zone_of
 from swarm.scenario.benchmark import from_benchmark
 from swarm.scenario.load import load
-from swarm.scenario.shipped import found
+from swarm.scenario.shipped_scenarios import find_scenario
 from world.simulate import Simulation, Tick
 
 WARMED: Final = 40  # ticks before the measurement
@@ -41,7 +41,7 @@ def in_one_process(where: tuple[str, ...], robots: int, seconds: float, python: 
 
 def looked_at(tick: Tick, side: float) -> dict[str, float]:
     """Return the mean bytes of a sense and a command, and broadcasts sent and delivered by robot."""
-    zones = {name: zone(sense.x, sense.y, side) for name, sense in tick.senses.items()}
+    zones = {name: zone_of(sense.x, sense.y, side) for name, sense in tick.senses.items()}
     near = [
         max(abs(here[0] - there[0]), abs(here[1] - there[1])) <= 1
         for name, here in zones.items()
@@ -59,13 +59,13 @@ def looked_at(tick: Tick, side: float) -> dict[str, float]:
 def main(seconds: float, robots: int, *where: str) -> None:
     """Run the fleet and print what it costs."""
     first, *scen = map(Path, where)
-    scenario = from_benchmark(first, scen[0], robots) if scen else load(found(first))
-    garbage.seldom()  # as in all processes of `swarm run`
+    scenario = from_benchmark(first, scen[0], robots) if scen else load(find_scenario(first))
+    garbage.collect_seldom()  # as in all processes of `swarm run`
     simulation = Simulation.of(scenario, robots, 7)
     world, spoken, looks, cpu = simulation.world, list[Broadcast](), list[dict[str, float]](), 0.0
     for _ in range(WARMED):
         simulation.step()
-    while world.time < seconds and not world.finished:
+    while world.time < seconds and not world.is_finished:
         began = process_time()
         tick = simulation.step()
         cpu += process_time() - began

@@ -8,7 +8,7 @@ first browser takes it: while nobody looks, nothing is written.
 from functools import cached_property
 from typing import Final
 
-from dashboard.box.frames import framed
+from dashboard.box.frames import make_frame
 
 MOST_VIEWERS: Final = 32
 
@@ -22,7 +22,7 @@ class Frame:
     @cached_property
     def text(self) -> str:
         """The text, written once for all browsers."""
-        return framed(self.key, self.content)
+        return make_frame(self.key, self.content)
 
 
 class Viewer:
@@ -32,7 +32,7 @@ class Viewer:
         self.selected: str | None = None
         self._waiting = dict(frames)
 
-    def put(self, frame: Frame) -> None:
+    def queue_frame(self, frame: Frame) -> None:
         """Let a frame wait in place of the one before of its kind."""
         self._waiting.pop(frame.key, None)  # the newest comes last
         self._waiting[frame.key] = frame
@@ -56,7 +56,7 @@ class Board:
         return len(self.viewers) >= MOST_VIEWERS
 
     @property
-    def selected(self) -> frozenset[str]:
+    def selection(self) -> frozenset[str]:
         """The robots that browsers have selected."""
         return frozenset(viewer.selected for viewer in tuple(self.viewers) if viewer.selected is not None)
 
@@ -76,5 +76,5 @@ class Board:
             return False
         self._frames[key] = frame = Frame(key, content)
         for viewer in self.viewers:
-            viewer.put(frame)
+            viewer.queue_frame(frame)
         return True

@@ -7,7 +7,7 @@ from typing import Annotated, Final, NamedTuple
 import msgspec
 from msgspec import Struct
 
-from dashboard.fold import naming, palette
+from dashboard.fold import palette, phrases
 from dashboard.fold.progress import Progress
 from dashboard.fold.scene import Scene
 from dashboard.fold.state import QueuePlace, RunState
@@ -26,7 +26,7 @@ from swarm.messages import (
     PoolCounts,
     Truth,
 )
-from swarm.messages.fields import says
+from swarm.messages.fields import doc
 
 OVERVIEW: Final = "box/overview"
 RULES: Final = "box/rules"
@@ -40,53 +40,53 @@ COLOURS: Final = 32  # robots with a colour of their own; then the colours repea
 class RobotRow(Struct, frozen=True, kw_only=True):
     """One robot's progress."""
 
-    robot: Annotated[str, says("its name")]
-    heard: Annotated[Liveness, says("whether its process is there and speaks")]
-    doing: Annotated[str, says("in a word or two: `to 2`, `gives way`, `blocked`, `done`")]
-    activity: Annotated[Activity, says("what it is doing")]
-    share: Annotated[float, says("of its way through its targets, 0 to 1, by distance")]
-    reached: Annotated[int, says("targets reached")]
-    stops: Annotated[int, says("targets, and home if the mission returns; 0: it has not spoken yet")]
-    target: Annotated[int, says("index of the target it drives to; the number of targets when all are reached")]
-    left: Annotated[float, says("m; to that target along its path")]
-    waits: Annotated[float, says("s; for how long it has been waiting now")]
-    waited: Annotated[float, says("s; in this run")]
-    unreachable: Annotated[tuple[int, ...], says("targets given up because no path leads there")]
-    assignment: Annotated[int, says("number of its targets; 0: the scenario's")]
+    robot: Annotated[str, doc("its name")]
+    heard: Annotated[Liveness, doc("whether its process is there and speaks")]
+    doing: Annotated[str, doc("in a word or two: `to 2`, `gives way`, `blocked`, `done`")]
+    activity: Annotated[Activity, doc("what it is doing")]
+    share: Annotated[float, doc("of its way through its targets, 0 to 1, by distance")]
+    reached: Annotated[int, doc("targets reached")]
+    stops: Annotated[int, doc("targets, and home if the mission returns; 0: it has not spoken yet")]
+    target: Annotated[int, doc("index of the target it drives to; the number of targets when all are reached")]
+    left: Annotated[float, doc("m; to that target along its path")]
+    waits: Annotated[float, doc("s; for how long it has been waiting now")]
+    waited: Annotated[float, doc("s; in this run")]
+    unreachable: Annotated[tuple[int, ...], doc("targets given up because no path leads there")]
+    assignment: Annotated[int, doc("number of its targets; 0: the scenario's")]
     turn: Annotated[
         int,
-        says(
+        doc(
             "its turn among the robots that drive to its target, 1: it is next; by their joint plan as far as it is "
             "heard, else by metres left; 0: no other robot drives there"
         ),
     ]
-    queue: Annotated[int, says("robots that drive to its target, itself included; 0: no other robot drives there")]
+    queue: Annotated[int, doc("robots that drive to its target, itself included; 0: no other robot drives there")]
 
 
 class Overview(Struct, frozen=True, kw_only=True):
     """The progress of the run."""
 
-    run: Annotated[int, says("increases with each restart")]
-    time: Annotated[float, says("s; since the run began")]
-    phase: Annotated[Phase, says("phase of the run")]
-    link: Annotated[bool, says("the box is connected to the fleet's router")]
-    share: Annotated[float, says("of all robots' ways, 0 to 1")]
-    contacts: Annotated[int, says("touches of robots with anything, among the last 100 events")]
-    robots: Annotated[tuple[RobotRow, ...], says("all robots of the run")]
-    pool: Annotated[PoolCounts | None, says("targets for any robot; null: there were none")] = None
+    run: Annotated[int, doc("increases with each restart")]
+    time: Annotated[float, doc("s; since the run began")]
+    phase: Annotated[Phase, doc("phase of the run")]
+    link: Annotated[bool, doc("the box is connected to the fleet's router")]
+    share: Annotated[float, doc("of all robots' ways, 0 to 1")]
+    contacts: Annotated[int, doc("touches of robots with anything, among the last 100 events")]
+    robots: Annotated[tuple[RobotRow, ...], doc("all robots of the run")]
+    pool: Annotated[PoolCounts | None, doc("targets for any robot; null: there were none")] = None
 
 
 class Why(Struct, frozen=True, kw_only=True):
     """Why a robot's wheels turn as they do: the inference of its fuzzy controller."""
 
-    robot: Annotated[str, says("its name")]
-    steering: Annotated[str | None, says("how its command differs from the tables' speeds")]
-    inputs: Annotated[dict[str, float], says("m, and degrees (right positive)")]
-    memberships: Annotated[dict[str, dict[str, float]], says("0 to 1, of each input in each term")]
-    weights: Annotated[dict[str, float], says("of each behaviour; they sum to 1")]
-    rules: Annotated[list[tuple[str, int, float, str]], says("behaviour, number, strength 0..1, text")]
-    left_v: Annotated[float, says("m/s; the tables' speed of the left rim")]
-    right_v: Annotated[float, says("m/s")]
+    robot: Annotated[str, doc("its name")]
+    steering: Annotated[str | None, doc("how its command differs from the tables' speeds")]
+    inputs: Annotated[dict[str, float], doc("m, and degrees (right positive)")]
+    memberships: Annotated[dict[str, dict[str, float]], doc("0 to 1, of each input in each term")]
+    weights: Annotated[dict[str, float], doc("of each behaviour; they sum to 1")]
+    rules: Annotated[list[tuple[str, int, float, str]], doc("behaviour, number, strength 0..1, text")]
+    left_v: Annotated[float, doc("m/s; the tables' speed of the left rim")]
+    right_v: Annotated[float, doc("m/s")]
 
 
 def hello(fleet: str, scenarios: dict[str, str], tape: Path | None) -> dict[str, object]:
@@ -95,14 +95,14 @@ def hello(fleet: str, scenarios: dict[str, str], tape: Path | None) -> dict[str,
     return {"fleet": fleet, "scenarios": scenarios, "colours": colours, "tape": tape and str(tape)}
 
 
-def framed(key: str, content: object) -> str:
+def make_frame(key: str, content: object) -> str:
     """Return a frame of the WebSocket: a key and a message as JSON; a content that is a function is called for it."""
     if callable(content):
         content = content()
     return f'{{"key":"{key}","message":{msgspec.json.encode(content).decode()}}}'
 
 
-def of_the_wire(state: RunState) -> dict[str, object]:
+def encode_wire_frames(state: RunState) -> dict[str, object]:
     """Return the frames with messages of the wire, as far as they have come."""
     frames: dict[str, object] = {
         MAP.key: state.floor,
@@ -114,18 +114,18 @@ def of_the_wire(state: RunState) -> dict[str, object]:
     return {key: content for key, content in frames.items() if content is not None}
 
 
-def of_the_run(state: RunState, selected: frozenset[str], *, link: bool) -> dict[str, object]:
+def encode_run_frames(state: RunState, selected: frozenset[str], *, link: bool) -> dict[str, object]:
     """Return the frames on the run as a whole: its progress, and what the robots plan and learn together."""
     home = state.scene is not None and state.scene.settings.return_home
     frames: dict[str, object] = {OVERVIEW: Overviewing(state.progress, state.turns(), home, link)}
     if state.truth is not None and state.scene is not None and state.overlays is not None:
         joint = state.overlays.joint(state.truth) if selected and state.scene.settings.map.known else []
-        frames[LEARNED] = state.overlays.learned(state.truth)
+        frames[LEARNED] = state.overlays.learned_floor(state.truth)
         frames[JOINT] = [plan for plan in joint if selected & plan.ways.keys()]
     return frames
 
 
-def of_robots(state: RunState, selected: frozenset[str]) -> dict[str, object]:
+def encode_robot_frame(state: RunState, selected: frozenset[str]) -> dict[str, object]:
     """Return the frame with the rules of the selected robots, if there are any."""
     if not selected or state.truth is None or state.scene is None:
         return {}
@@ -153,7 +153,7 @@ class Overviewing(NamedTuple):
             phase=progress.phase,
             link=self.link,
             share=progress.way,
-            contacts=sum(event.kind == naming.CONTACT and event.run == progress.run for event in progress.events),
+            contacts=sum(event.kind == phrases.CONTACT and event.run == progress.run for event in progress.events),
             robots=tuple(_row(progress, name, self.turns.get(name, ALONE), self.home) for name in progress.order),
             pool=progress.pool,
         )
@@ -163,11 +163,11 @@ def _row(progress: Progress, name: str, turn: QueuePlace, home: bool) -> RobotRo
     robot = progress.robot(name)
     return RobotRow(
         robot=name,
-        heard=progress.heard(name),
-        doing=naming.lane(robot, home),
+        heard=progress.radio_freshness(name),
+        doing=phrases.lane_label(robot, home),
         activity=robot.activity,
         share=round(robot.share, 4),
-        reached=robot.reached,
+        reached=robot.reached_count,
         stops=robot.stops,
         target=robot.target,
         left=round(robot.distance, 3),
@@ -187,7 +187,7 @@ def rules(scene: Scene, truth: Truth, selected: frozenset[str]) -> dict[str, Why
 
 def _why(scene: Scene, body: Body) -> Why | str:
     try:
-        told = scene.explained(body)
+        told = scene.explain_wheels(body)
     except SwarmError as fault:
         return str(fault)
     return Why(

@@ -11,20 +11,20 @@ from time import monotonic
 from typing import Final
 
 from dashboard.box import frames as telling
-from dashboard.box.asking import Asking
-from dashboard.box.past import Past
+from dashboard.box.browser_request import Asking
 from dashboard.box.server import Server
+from dashboard.box.tape_process import TapeProcess
 from dashboard.box.viewer import RerunPage
+from dashboard.fleet_listener import FleetListener
 from dashboard.fold.overlays import DETAILED
 from dashboard.fold.state import RunState
-from dashboard.listening import Listener
 from dashboard.mode import LOOPBACK, box_address
 from swarm.bus import Bus, Endpoint, Link
 from swarm.errors import SwarmError
 from swarm.heartbeat import Heartbeat
 from swarm.messages import CLOCK, EVENTS, MAP, PLAN, SETUP, TRUTH, Clock, Event, Events, Map, Plan, Truth
-from swarm.scenario.shipped import shipped
-from swarm.stopping import told_to_stop
+from swarm.scenario.shipped_scenarios import shipped_scenarios
+from swarm.stop_signal import stop_flag
 
 PERIOD: Final = 0.1  # s between two sets of frames
 SOON: Final = 0.08  # s after the last set from which new poses are shown at once
@@ -61,14 +61,14 @@ def run(
         ConfigError: the port is in use, or there is no router.
     """
     with (
-        told_to_stop() as stop,
+        stop_flag() as stop,
         Bus(endpoint, fleet, heart=Heartbeat()) as bus,
         closing(RerunPage(endpoint, fleet)) as viewer,
-        closing(Past(tape)) as past,
+        closing(TapeProcess(tape)) as past,
         Server(port, token, Asking(bus, viewer.address, past), bind) as server,
     ):
         log(f"box: {box_address(port, token)}")
-        server.show({telling.HELLO: telling.hello(fleet, shipped(), tape)})
+        server.show({telling.HELLO: telling.hello(fleet, shipped_scenarios(), tape)})
         if open_page:
             webbrowser.open(box_address(port, token))
         follow(bus, Page(bus, server), stop.is_set)
@@ -82,13 +82,13 @@ def follow(bus: Bus, shown: "Page", stopped: Callable[[], bool]) -> None:
     due = soon = asked  # when a set is shown at the latest, and when it is if there are new poses
     while not stopped():
         now = monotonic()
-        if now >= due or (now >= soon and shown.moved):
+        if now >= due or (now >= soon and shown.has_new_poses):
             shown.show()
             due, soon = now + PERIOD + SOON / 2, now + SOON
         if shown.state.scene is None and now - asked >= ASK_EVERY:
             shown.catch_up()
             asked = now
-        shown.take(bus.receive(timeout=max(0.0, (soon if shown.moved else due) - monotonic())))
+        shown.take(bus.receive(timeout=max(0.0, (soon if shown.has_new_poses else due) - monotonic())))
     end = monotonic() + LAST_WORDS
     while (now := monotonic()) < end:
         shown.take(bus.receive(timeout=end - now))
@@ -101,14 +101,14 @@ class Page:
     def __init__(self, bus: Bus, server: Server) -> None:
         self.state = RunState()
         self._bus, self._server = bus, server
-        self._listener = Listener(bus)
+        self._listener = FleetListener(bus)
         self._new: set[str] = set()  # keys of frames that have changed since the last ones
         self._link = True
         self._frames = 0
 
     def catch_up(self) -> None:
         """Fetch the last messages that the world keeps, and the launcher's set-up."""
-        for message in self._listener.kept():
+        for message in self._listener.get_last_messages():
             self._note(message)
         for setup in self._bus.fetch(SETUP, timeout=1.0):
             self._server.show({SETUP.key: setup})
@@ -127,19 +127,19 @@ class Page:
         """Show what is new. The overview comes less often: each robot's progress changes about once a second."""
         self._frames += 1
         state = self.state
-        frames = {key: content for key, content in telling.of_the_wire(state).items() if key in self._new}
+        frames = {key: content for key, content in telling.encode_wire_frames(state).items() if key in self._new}
         self._new.clear()
-        selected = self._server.selected
+        selected = self._server.selection
         if self._frames % OVERVIEW_EVERY == 0 or last:
-            frames |= telling.of_the_run(state, selected, link=self._link)
-            few = self._server.watched and len(state.progress.order) <= DETAILED
-            self._listener.turn_to(state.wanted(state.progress.order if few else selected))
-        frames |= telling.of_robots(state, selected)
+            frames |= telling.encode_run_frames(state, selected, link=self._link)
+            few = self._server.is_watched and len(state.progress.order) <= DETAILED
+            self._listener.turn_to(state.robots_needed(state.progress.order if few else selected))
+        frames |= telling.encode_robot_frame(state, selected)
         if frames:
             self._server.show(frames)
 
     @property
-    def moved(self) -> bool:
+    def has_new_poses(self) -> bool:
         """True if there are poses that have not been shown."""
         return TRUTH.key in self._new
 

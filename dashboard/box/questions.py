@@ -6,11 +6,11 @@ import msgspec
 from msgspec import Meta, Struct
 
 from swarm.messages import Id
-from swarm.messages.fields import says
+from swarm.messages.fields import doc
 
 TRAILS: Final = "box/trails"
 What = Literal["why", "past"]
-Frame = Annotated[msgspec.Raw, Meta(extra_json_schema={"type": "object"})]  # JSON, as `frames.framed` writes it
+Frame = Annotated[msgspec.Raw, Meta(extra_json_schema={"type": "object"})]  # JSON, as `frames.make_frame` writes it
 QUESTIONS: Final[tuple[What, ...]] = ("why", "past")  # each is a path
 
 
@@ -19,22 +19,22 @@ class Question(Struct, frozen=True, kw_only=True):
 
     at: Annotated[
         Annotated[float, Meta(ge=0.0, le=1e6)] | None,
-        says("s; time of the run; null: 5 ticks before the tape ends, which robots may still answer"),
+        doc("s; time of the run; null: 5 ticks before the tape ends, which robots may still answer"),
     ] = None
-    run: Annotated[Annotated[int, Meta(ge=0, le=2**53)] | None, says("its number; null: the last one")] = None
+    run: Annotated[Annotated[int, Meta(ge=0, le=2**53)] | None, doc("its number; null: the last one")] = None
 
 
-class Answer(Struct, frozen=True, kw_only=True):
+class MomentAnswer(Struct, frozen=True, kw_only=True):
     """What holds at a moment of the run, by its tape."""
 
-    run: Annotated[int, says("its number")]
-    at: Annotated[float, says("s; time of the run")]
-    doubt: Annotated[str | None, says("what is wrong with the tape up to then; null: nothing")]
-    text: Annotated[str | None, says("why the robot does what it does, a cause a line")] = None
-    frames: Annotated[list[Frame], says("`key` and `message`, as on `/live`, of that moment; and `box/trails`")] = []
+    run: Annotated[int, doc("its number")]
+    at: Annotated[float, doc("s; time of the run")]
+    doubt: Annotated[str | None, doc("what is wrong with the tape up to then; null: nothing")]
+    text: Annotated[str | None, doc("why the robot does what it does, a cause a line")] = None
+    frames: Annotated[list[Frame], doc("`key` and `message`, as on `/live`, of that moment; and `box/trails`")] = []
 
 
-class Refusal(Struct, frozen=True):
+class QuestionRefusal(Struct, frozen=True):
     """A sentence that says why there is no answer."""
 
     refused: str

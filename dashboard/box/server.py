@@ -16,8 +16,8 @@ from typing import Final
 
 from aiohttp import WSCloseCode, WSMsgType, web
 
-from dashboard.box.asking import REQUESTS, Asking
 from dashboard.box.board import MOST_VIEWERS, Board, Viewer
+from dashboard.box.browser_request import REQUESTS, Asking
 from dashboard.box.questions import QUESTIONS
 from dashboard.mode import LOOPBACK
 from swarm.errors import ConfigError, PeerError, SwarmError
@@ -52,17 +52,17 @@ def assets() -> dict[str, tuple[bytes, str]]:
     }
 
 
-def refused(status: int, reason: str) -> web.Response:
+def refusal_of(status: int, reason: str) -> web.Response:
     """Return a refusal: a sentence."""
     return web.json_response({"refused": reason}, status=status, headers=HEADERS)
 
 
-def crowded() -> web.Response:
+def refuse_crowd() -> web.Response:
     """Return the refusal of one request too many."""
-    return refused(429, f"expected at most {MOST_ASKED} requests under way, got one more; wait for an answer")
+    return refusal_of(429, f"expected at most {MOST_ASKED} requests under way, got one more; wait for an answer")
 
 
-def _answered(body: bytes, kind: str = "application/json") -> web.Response:
+def _answer_request(body: bytes, kind: str = "application/json") -> web.Response:
     return web.Response(body=body, content_type=kind, charset="utf-8", headers=HEADERS)
 
 
@@ -102,12 +102,12 @@ class Server:
         self._pool.shutdown(wait=False, cancel_futures=True)
 
     @property
-    def selected(self) -> frozenset[str]:
+    def selection(self) -> frozenset[str]:
         """The robots that browsers have selected."""
-        return self._board.selected
+        return self._board.selection
 
     @property
-    def watched(self) -> bool:
+    def is_watched(self) -> bool:
         """True if a browser looks."""
         return bool(self._board.viewers)
 
@@ -135,7 +135,7 @@ class Server:
             news.set()
 
     async def _serve(self) -> None:
-        application = web.Application(middlewares=[self._guarded], client_max_size=LONGEST)
+        application = web.Application(middlewares=[self._guard_request], client_max_size=LONGEST)
         application.router.add_get("/", self._file)
         application.router.add_get("/page/{name}", self._file)
         application.router.add_get("/live", self._live)
@@ -144,12 +144,14 @@ class Server:
             ("/topics", self._wire.topics, "application/json"),
             ("/scenario", self._wire.scenario, "text/yaml"),
         ):
-            application.router.add_get(path, self._telling(told, kind))
-        application.router.add_post("/viewer", self._telling(self._wire.viewer, "application/json"))
+            application.router.add_get(path, self._make_get_handler(told, kind))
+        application.router.add_post("/viewer", self._make_get_handler(self._wire.viewer, "application/json"))
         for name in REQUESTS:
-            application.router.add_post(f"/{name}", self._asking(partial(self._wire.ask, name)))
+            application.router.add_post(f"/{name}", self._make_post_handler(partial(self._wire.ask, name)))
         for question in QUESTIONS:
-            application.router.add_post(f"/{question}", self._asking(partial(self._wire.of_the_past, question)))
+            application.router.add_post(
+                f"/{question}", self._make_post_handler(partial(self._wire.of_the_past, question))
+            )
         runner = web.AppRunner(application, access_log=None, shutdown_timeout=1.0, keepalive_timeout=IDLE)
         await runner.setup()
         watch = asyncio.create_task(self._drop_silent(runner))
@@ -181,44 +183,46 @@ class Server:
             await asyncio.sleep(SILENT / 4)
 
     @web.middleware
-    async def _guarded(self, request: web.Request, handler: Handler) -> web.StreamResponse:
+    async def _guard_request(self, request: web.Request, handler: Handler) -> web.StreamResponse:
         """Let in only requests to this machine's own name, from the box's own page or from no page."""
         self._spoke.add(request.protocol)
         origin = request.headers.get("Origin")
         if request.host.rsplit(":", 1)[0] not in OURS:
-            return refused(403, f"expected a request to 127.0.0.1 or localhost, got one to {request.host[:100]!r}")
+            return refusal_of(403, f"expected a request to 127.0.0.1 or localhost, got one to {request.host[:100]!r}")
         if origin is not None and origin != f"http://{request.host}":
-            return refused(403, f"expected a request of the box's own page, got one of {origin[:100]!r}")
+            return refusal_of(403, f"expected a request of the box's own page, got one of {origin[:100]!r}")
         open_to_all = request.path.startswith("/page/")  # they hold no secret
         if not (open_to_all or compare_digest(_token_of(request).encode("utf-8", "replace"), self._token.encode())):
-            return refused(403, "expected the token of this box, got none or another; use the address that was printed")
+            return refusal_of(
+                403, "expected the token of this box, got none or another; use the address that was printed"
+            )
         try:
             return await handler(request)
         except web.HTTPRequestEntityTooLarge:
-            return refused(413, f"expected at most {LONGEST} bytes, got more")
+            return refusal_of(413, f"expected at most {LONGEST} bytes, got more")
         except web.HTTPException as fault:
-            return refused(fault.status, f"{request.method} {request.path[:100]}: {fault.reason}; see /topics")
+            return refusal_of(fault.status, f"{request.method} {request.path[:100]}: {fault.reason}; see /topics")
 
     async def _file(self, request: web.Request) -> web.Response:
         found = self._files.get(request.match_info.get("name", "index.html"))
-        return refused(404, "no such file") if found is None else _answered(*found)
+        return refusal_of(404, "no such file") if found is None else _answer_request(*found)
 
-    def _telling(self, told: Callable[[], bytes], kind: str) -> Handler:
+    def _make_get_handler(self, told: Callable[[], bytes], kind: str) -> Handler:
         async def tell(request: web.Request) -> web.Response:
             return await self._in_thread(told, kind)
 
         return tell
 
-    def _asking(self, carry_out: Callable[[str | None, bytes], bytes]) -> Handler:
+    def _make_post_handler(self, carry_out: Callable[[str | None, bytes], bytes]) -> Handler:
         """Return the handler of a path whose robot and body are carried out."""
 
         async def ask(request: web.Request) -> web.Response:
             if self._asked >= MOST_ASKED:
-                return crowded()  # before its body takes room
+                return refuse_crowd()  # before its body takes room
             try:
                 body, robot = await asyncio.wait_for(request.read(), SILENT), request.query.get("robot")
             except TimeoutError:
-                return refused(408, f"expected the whole request within {SILENT:g} s, got a part of it")
+                return refusal_of(408, f"expected the whole request within {SILENT:g} s, got a part of it")
             return await self._in_thread(lambda: carry_out(robot, body))
 
         return ask
@@ -226,16 +230,16 @@ class Server:
     async def _in_thread(self, work: Callable[[], bytes], kind: str = "application/json") -> web.Response:
         """Do what waits for the fleet in another thread, and only so much of it at once."""
         if self._asked >= MOST_ASKED:
-            return crowded()
+            return refuse_crowd()
         self._asked += 1
         try:
-            return _answered(await asyncio.get_running_loop().run_in_executor(self._pool, work), kind)
+            return _answer_request(await asyncio.get_running_loop().run_in_executor(self._pool, work), kind)
         except ConfigError as fault:
-            return refused(400, str(fault))
+            return refusal_of(400, str(fault))
         except PeerError as fault:
-            return refused(409, str(fault))
+            return refusal_of(409, str(fault))
         except SwarmError as fault:
-            return refused(500, str(fault))
+            return refusal_of(500, str(fault))
         finally:
             self._asked -= 1
 
@@ -243,14 +247,14 @@ class Server:
 
     async def _live(self, request: web.Request) -> web.StreamResponse:
         if self._board.full:
-            return refused(503, f"expected at most {MOST_VIEWERS} browsers, got one more; close one")
+            return refusal_of(503, f"expected at most {MOST_VIEWERS} browsers, got one more; close one")
         socket = web.WebSocketResponse(heartbeat=SILENT, max_msg_size=SAID, compress=False)
         await socket.prepare(request)
         viewer = self._board.enter()
         sender = asyncio.create_task(self._send(socket, viewer))
         try:
             async for said in socket:
-                if said.type is WSMsgType.TEXT and (wrong := _heard(viewer, said.data)):
+                if said.type is WSMsgType.TEXT and (wrong := _take_selection(viewer, said.data)):
                     await socket.close(code=WSCloseCode.INVALID_TEXT, message=wrong.encode())
         finally:
             self._board.leave(viewer)
@@ -281,7 +285,7 @@ def _token_of(request: web.Request) -> str:
     return token if scheme == "Bearer" else request.query.get("token", "")
 
 
-def _heard(viewer: Viewer, text: str) -> str:
+def _take_selection(viewer: Viewer, text: str) -> str:
     """Take in what a page says: which robot it has selected. Return what is wrong with it, "" for nothing."""
     try:
         selected = json.loads(text)["select"]

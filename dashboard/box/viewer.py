@@ -8,7 +8,7 @@ from typing import Final
 
 from swarm.bus import Endpoint
 from swarm.errors import PeerError
-from swarm.installed import without
+from swarm.installation import hint_for_extra
 from swarm.secure.names import WATCHER
 
 ENDS: Final = 3.0  # s, wall time for a dashboard that was told to stop
@@ -19,7 +19,7 @@ class RerunPage:
     """The page with Rerun's viewer of one fleet. It ends with ``close``."""
 
     def __init__(self, endpoint: Endpoint, fleet: str) -> None:
-        self._endpoint, self._fleet = endpoint.seen_by(WATCHER), fleet
+        self._endpoint, self._fleet = endpoint.endpoint_for_member(WATCHER), fleet
         self._lock = Lock()  # several browsers may open the tab at once
         self._process: subprocess.Popen[str] | None = None
         self._address = ""
@@ -41,14 +41,14 @@ class RerunPage:
         Raises:
             PeerError: it is not installed, or it did not start.
         """
-        if (lacks := without("rerun")) is not None:
+        if (lacks := hint_for_extra("rerun")) is not None:
             raise PeerError(f"viewer: {lacks}")
         with self._lock:
             if self._process is None or self._process.poll() is not None:
-                self._process = self._started()
+                self._process = self._start_viewer()
             return self._address
 
-    def _started(self) -> subprocess.Popen[str]:
+    def _start_viewer(self) -> subprocess.Popen[str]:
         endpoint = self._endpoint
         command = [sys.executable, "-P", "-m", "dashboard", "--web", "--connect", str(endpoint), "--fleet", self._fleet]
         if endpoint.identity is not None:

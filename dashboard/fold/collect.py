@@ -7,7 +7,7 @@ from collections import Counter
 from dataclasses import dataclass, field
 from typing import Final
 
-from dashboard.fold import naming
+from dashboard.fold import phrases
 from dashboard.fold.overlays import Overlay
 from dashboard.fold.progress import Progress
 from dashboard.fold.state import RunState
@@ -43,7 +43,7 @@ class Batch:
     summaries: list[tuple[float, str]] = field(default_factory=list)  # time, markdown
     overlays: list[Overlay] = field(default_factory=list)
 
-    def thinned(self) -> "Batch":
+    def thin_frames(self) -> "Batch":
         """Drop frames evenly until few enough are left to be drawn in time; the last frame stays."""
         bodies = sum(len(frame.bodies) for frame, _ in self.frames)
         step = max(1, -(-bodies // BODIES))
@@ -104,7 +104,7 @@ class Collector:
         time = self._state.progress.time
         self._gap = max(OVERLAY, (time - self._collected) / OVERLAYS)
         batch, self._batch, self._collected = self._batch, Batch(), time
-        return batch.thinned()
+        return batch.thin_frames()
 
     def _note_frame(self, truth: Truth) -> None:
         self._truth = truth
@@ -124,12 +124,12 @@ class Collector:
             name, account = row.robot, row.account
             own = name in self._lane and not self._state.progress.robot(name).assignment  # the scenario's stops
             if own and account is not None and not account.laps:
-                lanes = past(account, self._home)
+                lanes = trip_starts(account, self._home)
                 self._batch.lanes += [(time, name, word) for time, word in lanes if time < self._begun]
 
     def _lay_over(self) -> None:
         if self._truth is not None and self._state.overlays is not None:
-            self._batch.overlays.append(self._state.overlays.at(self._truth, self._selected))
+            self._batch.overlays.append(self._state.overlays.overlay_at(self._truth, self._selected))
             self._laid, self._truth = self._truth.time, None
 
     def _sum_up(self) -> None:
@@ -141,7 +141,7 @@ class Collector:
             self._batch.summaries.append((progress.time, summary(progress, self._home, self._contacts)))
 
     def _note_lane(self, name: str, time: float) -> None:
-        word = naming.lane(self._state.progress.robot(name), self._home)
+        word = phrases.lane_label(self._state.progress.robot(name), self._home)
         if self._lane.get(name) != word:
             self._lane[name] = word
             self._batch.lanes.append((max(0.0, time), name, word))
@@ -152,11 +152,11 @@ class Collector:
         self._batch.paths.append((time, paths))
 
 
-def past(row: Account, home: bool) -> list[tuple[float, str]]:
+def trip_starts(row: Account, home: bool) -> list[tuple[float, str]]:
     """Return to which stop a robot drove from when on [s], from the times at which it reached its stops."""
     stops = len(row.reached)
     times = [0.0, *sorted(time for time in row.reached if time is not None)]
-    return [(time, naming.stop_lane(_first_left(row, time), stops, home)) for time in times]
+    return [(time, phrases.stop_label(_first_left(row, time), stops, home)) for time in times]
 
 
 def _first_left(row: Account, now: float) -> int:
@@ -168,36 +168,36 @@ def _first_left(row: Account, now: float) -> int:
 def summary(progress: Progress, home: bool, contacts: int | None = None) -> str:
     """Return the run as markdown: the totals, and a table with one row per robot."""
     rows = [
-        f"**{totals(progress, contacts)}**",
+        f"**{format_totals(progress, contacts)}**",
         "",
         "| robot | reached | to | left | doing | waited |",
         "|---|---|---|---|---|---|",
     ]
     for name in progress.order[:ROWS]:
         robot = progress.robot(name)
-        heard = progress.heard(name)
-        doing = naming.words(robot.activity) if heard is Liveness.ALIVE else f"**{heard.value}**"
-        to = naming.stop_of(robot, robot.target, home) if robot.stops else "-"
+        heard = progress.radio_freshness(name)
+        doing = phrases.activity_word(robot.activity) if heard is Liveness.ALIVE else f"**{heard.value}**"
+        to = phrases.stop_of(robot, robot.target, home) if robot.stops else "-"
         left = f"{robot.distance:.1f} m" if robot.stops and robot.activity is not Activity.DONE else "-"
         waited = f"{progress.seconds(robot.waited):.0f} s"
-        rows.append(f"| {name} | {robot.reached} of {robot.stops} | {to} | {left} | {doing} | {waited} |")
+        rows.append(f"| {name} | {robot.reached_count} of {robot.stops} | {to} | {left} | {doing} | {waited} |")
     if len(progress.order) > ROWS:
         rows.append(f"\nand {len(progress.order) - ROWS} more")
     return "\n".join(rows)
 
 
-def totals(progress: Progress, contacts: int | None = None) -> str:
+def format_totals(progress: Progress, contacts: int | None = None) -> str:
     """Return a line about the whole fleet: the time, the stops, how many drive, wait or are away, the contacts.
 
     ``contacts`` are those that the world has counted; None: those among the last events.
     """
     robots = [progress.robot(name) for name in progress.order]
-    reached, stops = (sum(getattr(robot, field) for robot in robots) for field in ("reached", "stops"))
-    here = [name for name in progress.order if progress.heard(name) is Liveness.ALIVE]
+    reached, stops = sum(robot.reached_count for robot in robots), sum(robot.stops for robot in robots)
+    here = [name for name in progress.order if progress.radio_freshness(name) is Liveness.ALIVE]
     doing = Counter(progress.robot(name).activity for name in here)
-    parts = [f"{count} {naming.words(activity)}" for activity in Activity if (count := doing[activity])]
+    parts = [f"{count} {phrases.activity_word(activity)}" for activity in Activity if (count := doing[activity])]
     parts += [f"{len(robots) - len(here)} not heard"] * (len(here) < len(robots))
-    seen = len(naming.touches(event for event in progress.events if event.run == progress.run))
+    seen = len(phrases.select_contacts(event for event in progress.events if event.run == progress.run))
     return (
         f"{progress.time:.0f} s, {progress.phase.value}: {reached} of {stops} targets reached ({progress.share:.0%}); "
         f"{', '.join(parts) or 'nobody there'}; {seen if contacts is None else contacts} contacts"

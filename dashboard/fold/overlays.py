@@ -10,11 +10,11 @@ from typing import Annotated, Final, NamedTuple
 
 from msgspec import Struct
 
-from dashboard.fold.plans import Followed, followed, in_turn
+from dashboard.fold.plans import Followed, plans_under_way, sort_by_turn
 from dashboard.fold.scene import Scene
 from swarm.errors import SwarmError
 from swarm.messages import Body, Broadcast, Truth
-from swarm.messages.fields import says
+from swarm.messages.fields import doc
 from swarm.messages.traffic import Epoch, JointPlan, Record
 from swarm.scenario.prepare import RESOLUTION
 from swarm.traffic.lattice.cell_map import CellMap
@@ -31,12 +31,12 @@ Spot = tuple[float, float]  # m
 Arrow = tuple[Spot, Spot]
 
 
-def detailed(robots: Sequence[str], selected: str | None) -> tuple[str, ...]:
+def robots_in_detail(robots: Sequence[str], selected: str | None) -> tuple[str, ...]:
     """Return the robots whose sensors, held cells and joint plans are drawn: all of a few, else the selected one.
 
-    >>> detailed(("r1", "r2"), "r2")
+    >>> robots_in_detail(("r1", "r2"), "r2")
     ('r1', 'r2')
-    >>> detailed([f"r{n}" for n in range(1, 10)], "r3")
+    >>> robots_in_detail([f"r{n}" for n in range(1, 10)], "r3")
     ('r3',)
     """
     if len(robots) <= DETAILED:
@@ -47,25 +47,25 @@ def detailed(robots: Sequence[str], selected: str | None) -> tuple[str, ...]:
 class TurnOrder(Struct, frozen=True, kw_only=True):
     """The order in which robots enter a cell."""
 
-    at: Annotated[Spot, says("m; the cell's middle")]
-    robots: Annotated[str, says("such as `r3 > r1`")]
+    at: Annotated[Spot, doc("m; the cell's middle")]
+    robots: Annotated[str, doc("such as `r3 > r1`")]
 
 
 class Joint(Struct, frozen=True, kw_only=True):
     """A joint plan under way."""
 
-    leader: Annotated[str, says("the robot that made it")]
-    ways: Annotated[dict[str, list[Spot]], says("m; of each member, from where it is")]
-    turns: Annotated[list[TurnOrder], says("the longest orders")]
+    leader: Annotated[str, doc("the robot that made it")]
+    ways: Annotated[dict[str, list[Spot]], doc("m; of each member, from where it is")]
+    turns: Annotated[list[TurnOrder], doc("the longest orders")]
 
 
 class Learned(Struct, frozen=True, kw_only=True):
     """The floor as the robots have learned and told it, where they were not given it."""
 
-    rows: Annotated[int, says("of the learned grid, which has the floor's extent and origin")]
-    columns: Annotated[int, says("of the learned grid")]
-    resolution: Annotated[float, says("m; side of a cell")]
-    cells: Annotated[list[int], says("solid ones: row * columns + column")]
+    rows: Annotated[int, doc("of the learned grid, which has the floor's extent and origin")]
+    columns: Annotated[int, doc("of the learned grid")]
+    resolution: Annotated[float, doc("m; side of a cell")]
+    cells: Annotated[list[int], doc("solid ones: row * columns + column")]
 
 
 class Overlay(NamedTuple):
@@ -108,29 +108,32 @@ class Overlays:
             self._plans = {epoch: plan for epoch, plan in self._plans.items() if epoch in in_use}
             self._plans[own.plan.epoch] = own.plan
 
-    def at(self, truth: Truth, selected: str | None = None) -> Overlay:
+    def overlay_at(self, truth: Truth, selected: str | None = None) -> Overlay:
         """Return the overlay at the moment of ``truth``; ``selected`` is whose rules are shown, None: the first."""
         bodies = {body.robot: body for body in truth.bodies}
         return Overlay(
             time=truth.time,
             spots={name: (body.x, body.y) for name, body in bodies.items()},
             rules=self._rules(bodies.get(selected or "", truth.bodies[0])) if bodies else "",
-            held={name: self._held(body) for name, body in bodies.items()},
-            waits=waits(bodies),
+            held={name: self._held_cells(body) for name, body in bodies.items()},
+            waits=wait_arrows(bodies),
             joint=self.joint(truth),
-            learned=self.learned(truth),
+            learned=self.learned_floor(truth),
         )
 
     def joint(self, truth: Truth) -> list[Joint]:
         """Return the joint plans under way; a robot that is silent for so long that it loses its turns is left out."""
         bodies = {body.robot: body for body in truth.bodies}
-        return [drawn(plan, self._cells, bodies) for plan in followed(self._heard(truth), self._plans)]
+        return [
+            joint_plan_lines(plan, self._cells, bodies)
+            for plan in plans_under_way(self._newest_records(truth), self._plans)
+        ]
 
-    def in_turn(self, robots: Sequence[str], truth: Truth) -> list[str]:
+    def sort_by_turn(self, robots: Sequence[str], truth: Truth) -> list[str]:
         """Return robots that drive to one target in the order of their turns there, as given where no plan says it."""
-        return in_turn(robots, self._heard(truth), self._plans)
+        return sort_by_turn(robots, self._newest_records(truth), self._plans)
 
-    def _heard(self, truth: Truth) -> dict[str, Record]:
+    def _newest_records(self, truth: Truth) -> dict[str, Record]:
         """Return the newest record of each robot of the run that has not been silent for long."""
         if truth.run != self._run:
             return {}
@@ -142,7 +145,7 @@ class Overlays:
             if robot in there and truth.tick - record.stamp <= absent
         }
 
-    def learned(self, truth: Truth) -> Learned | None:
+    def learned_floor(self, truth: Truth) -> Learned | None:
         """Return the floor as robots have learned it by the moment of ``truth``; None: they were given it."""
         settings, floor = self._scene.settings, self._scene.map
         if settings.map.known:
@@ -165,21 +168,21 @@ class Overlays:
     def _rules(self, body: Body) -> str:
         """Return the explanation of a robot's fuzzy output as markdown."""
         try:
-            told = self._scene.explained(body)
+            told = self._scene.explain_wheels(body)
         except SwarmError as fault:
             return f"{body.robot}: {fault}"
         steering = body.steering.value if body.steering is not None else "none"
         joint = f", in a joint plan with {', '.join(body.members)}" if body.members else ""
         return f"**{body.robot}** {body.activity.value}, steering: {steering}{joint}\n\n```\n{told.text()}\n```"
 
-    def _held(self, body: Body) -> list[Box]:
+    def _held_cells(self, body: Body) -> list[Box]:
         """Return the cells that a robot holds."""
         side = self._cells.side
         middles = (self._cells.centre(cell) for cell in body.held if cell < len(self._cells))
         return [(x - side / 2, y - side / 2, side, side) for x, y in middles]
 
 
-def waits(bodies: dict[str, Body]) -> list[Arrow]:
+def wait_arrows(bodies: dict[str, Body]) -> list[Arrow]:
     """Return an arrow from each robot to each robot that it waits for."""
     return [
         ((body.x, body.y), (bodies[other].x, bodies[other].y))
@@ -189,7 +192,7 @@ def waits(bodies: dict[str, Body]) -> list[Arrow]:
     ]
 
 
-def drawn(plan: Followed, cells: CellMap, bodies: dict[str, Body]) -> Joint:
+def joint_plan_lines(plan: Followed, cells: CellMap, bodies: dict[str, Body]) -> Joint:
     """Return a joint plan as it is drawn; its lines lie side by side, so that each is visible in shared cells."""
     lines = {}
     for number, (robot, way) in enumerate(plan.ways.items()):

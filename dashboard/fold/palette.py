@@ -36,7 +36,7 @@ def robot(number: int) -> Colour:
     return round(red * share), round(green * share), round(blue * share)
 
 
-def halfway(colour: Colour, other: Colour) -> Colour:
+def mix_colours(colour: Colour, other: Colour) -> Colour:
     """Return the colour in the middle of two."""
     red, green, blue = ((one + two) // 2 for one, two in zip(colour, other, strict=True))
     return red, green, blue

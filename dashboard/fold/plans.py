@@ -21,7 +21,7 @@ class Followed(NamedTuple):
     turns: dict[int, tuple[str, ...]]  # cell -> robots that will enter it, in order; each order is listed once
 
 
-def followed(records: Mapping[str, Record], plans: Mapping[Epoch, JointPlan]) -> list[Followed]:
+def plans_under_way(records: Mapping[str, Record], plans: Mapping[Epoch, JointPlan]) -> list[Followed]:
     """Return the plans under way, the oldest first; a plan is done when no robot has any of it left to drive.
 
     ``records`` are the newest of each robot. If a plan is not in ``plans``, only its robots' next cells are known.
@@ -36,7 +36,7 @@ def followed(records: Mapping[str, Record], plans: Mapping[Epoch, JointPlan]) ->
     return found
 
 
-def in_turn(robots: Sequence[str], records: Mapping[str, Record], plans: Mapping[Epoch, JointPlan]) -> list[str]:
+def sort_by_turn(robots: Sequence[str], records: Mapping[str, Record], plans: Mapping[Epoch, JointPlan]) -> list[str]:
     """Return robots that drive to one target in the order of their turns there.
 
     The members of one joint plan change places among themselves, into the order in which it leads them into the cell of
@@ -96,7 +96,7 @@ def _turns(plan: JointPlan, members: Mapping[str, Record]) -> dict[int, tuple[st
             orders.append((cell, order))
     told: dict[int, tuple[str, ...]] = {}
     for cell, order in sorted(orders, key=lambda item: -len(item[1])):  # of equal orders, the first on a path
-        if not any(_within(order, other) for other in told.values()):
+        if not any(_is_part_of_order(order, other) for other in told.values()):
             told[cell] = order
     return told
 
@@ -124,7 +124,7 @@ def _visits(plan: JointPlan) -> dict[int, list[Visit]]:
     return visits
 
 
-def _within(order: Iterable[str], other: tuple[str, ...]) -> bool:
+def _is_part_of_order(order: Iterable[str], other: tuple[str, ...]) -> bool:
     """Return True if ``other`` without some of its robots is ``order``."""
     rest = iter(other)
     return all(robot in rest for robot in order)

@@ -53,7 +53,7 @@ class RobotProgress(msgspec.Struct, frozen=True, kw_only=True):
         return len(self.reached_at)
 
     @property
-    def reached(self) -> int:
+    def reached_count(self) -> int:
         """Number of stops reached."""
         return sum(tick is not None for tick in self.reached_at)
 
@@ -61,8 +61,8 @@ class RobotProgress(msgspec.Struct, frozen=True, kw_only=True):
     def share(self) -> float:
         """Share of its way through its stops, 0 to 1; every stop counts the same, the way to the next by its length."""
         if self.target < self.stops and self.reached_at[self.target] is None and self.leg > 0.0:
-            return (self.reached + 1.0 - self.distance / self.leg) / self.stops
-        return self.reached / self.stops if self.stops else 0.0
+            return (self.reached_count + 1.0 - self.distance / self.leg) / self.stops
+        return self.reached_count / self.stops if self.stops else 0.0
 
 
 class Progress(msgspec.Struct, frozen=True, kw_only=True):
@@ -88,7 +88,7 @@ class Progress(msgspec.Struct, frozen=True, kw_only=True):
         known = [robot.stops for robot in self.robots.values()]
         most = max(known, default=0)
         total = sum(known) + most * (len(self.order) - len(known))
-        return sum(robot.reached for robot in self.robots.values()) / total if total else 0.0
+        return sum(robot.reached_count for robot in self.robots.values()) / total if total else 0.0
 
     @property
     def way(self) -> float:
@@ -108,7 +108,7 @@ class Progress(msgspec.Struct, frozen=True, kw_only=True):
         robot = self.robot(name)
         return self.seconds(max(0, self.tick - robot.since)) if robot.activity in WAITING else 0.0
 
-    def heard(self, name: str) -> Liveness:
+    def radio_freshness(self, name: str) -> Liveness:
         """Return how fresh a robot's messages are; a broadcast and a state each have their own timeout."""
         announced = bool(self.tokens.get(name))
         if not (announced if self.tokens else self.present is None or name in self.present):
@@ -181,7 +181,7 @@ def _mission(robot: RobotProgress, message: Broadcast | State) -> RobotProgress:
         )
     elif message.tick < robot.assigned_at:
         return robot  # about stops that it no longer has
-    reached_at = _reached(robot.reached_at, message.reached, message.tick)
+    reached_at = _merge_reached(robot.reached_at, message.reached, message.tick)
     if reached_at != robot.reached_at:
         changed["reached_at"] = reached_at
     if isinstance(message, State):
@@ -199,7 +199,7 @@ def _mission(robot: RobotProgress, message: Broadcast | State) -> RobotProgress:
     return msgspec.structs.replace(robot, **changed) if changed else robot
 
 
-def _reached(known: tuple[int | None, ...], said: list[bool], tick: int) -> tuple[int | None, ...]:
+def _merge_reached(known: tuple[int | None, ...], said: list[bool], tick: int) -> tuple[int | None, ...]:
     """Return the reached stops after a message; the earliest tick of each stop stays, in any order of messages."""
     length = max(len(known), len(said))
     times: list[int | None] = [*known, *[None] * (length - len(known))]

@@ -27,7 +27,7 @@ class Scene:
         own = self.settings.own_targets
         return list(own[robot] if robot < len(own) else self.settings.targets)
 
-    def explained(self, body: Body) -> Explanation:
+    def explain_wheels(self, body: Body) -> Explanation:
         """Return why the fuzzy controller gives a robot its wheel speeds now.
 
         Raises:

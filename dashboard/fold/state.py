@@ -103,7 +103,7 @@ class RunState:
         progress, queues = self.progress, dict[Point, list[str]]()
         for name in progress.order:
             path = self.paths.get(name)
-            under_way = progress.robot(name).activity in UNDER_WAY and progress.heard(name) is Liveness.ALIVE
+            under_way = progress.robot(name).activity in UNDER_WAY and progress.radio_freshness(name) is Liveness.ALIVE
             if under_way and path is not None and path.points:
                 queues.setdefault(path.points[-1], []).append(name)
         found: dict[str, QueuePlace] = {}
@@ -111,11 +111,11 @@ class RunState:
             if len(queue) > 1:
                 order = sorted(queue, key=lambda name: progress.robot(name).distance)
                 if self.overlays is not None and self.truth is not None:
-                    order = self.overlays.in_turn(order, self.truth)
+                    order = self.overlays.sort_by_turn(order, self.truth)
                 found |= {name: QueuePlace(number, len(order)) for number, name in enumerate(order, start=1)}
         return found
 
-    def wanted(self, looked_at: Collection[str]) -> frozenset[str]:
+    def robots_needed(self, looked_at: Collection[str]) -> frozenset[str]:
         """Return the robots whose broadcasts are needed if these are looked at; ``ALL`` for those of all.
 
         Where robots learn the floor, all are heard; else only the members of the joint plans of those looked at.

@@ -14,8 +14,8 @@ import rerun as rr
 
 from dashboard.fold.scene import Scene
 from dashboard.mode import ANY, LOOPBACK, viewer_program
-from dashboard.rerun.drawing import Picture
 from dashboard.rerun.layout import APPLICATION, blueprint
+from dashboard.rerun.run_picture import Picture
 from swarm.errors import ConfigError
 
 FLUSH: Final = 0.3  # s between two flushes

@@ -10,7 +10,7 @@ from dashboard.fold import palette
 from dashboard.fold.overlays import Learned
 from swarm.geometry import Pose, from_frame
 from swarm.maps.occupancy import FREE, OBSTACLE, UNKNOWN, WALL, OccupancyMap
-from swarm.messages import Mover, Truth
+from swarm.messages import Body, Mover, Truth
 from swarm.settings import SensorSettings
 
 Floats = NDArray[np.float32]
@@ -35,7 +35,7 @@ def table(frames: list[Truth], robots: tuple[str, ...]) -> Floats:
     return values
 
 
-def noses(values: Floats, radius: float) -> Floats:
+def heading_strips(values: Floats, radius: float) -> Floats:
     """Return the headings of the robots: strips (K*N, 2, 2) from the centre to a little beyond the edge."""
     reach = radius * np.array([0.0, 1.6], dtype=np.float32)
     yaw = values[..., 2, None]
@@ -95,7 +95,7 @@ def border(floor: OccupancyMap) -> Floats:
     return np.array([*corners, corners[0]], dtype=np.float32)
 
 
-def learned_image(learned: Learned) -> Bytes:
+def image_of_learned_floor(learned: Learned) -> Bytes:
     """Return the learned floor as an image of kinds of cells, row 0 at the lowest y: (rows, columns)."""
     kinds = np.full(learned.rows * learned.columns, FREE, dtype=np.uint8)
     cells = np.array(learned.cells, dtype=np.int64)
@@ -120,13 +120,19 @@ def outlines(movers: list[Mover]) -> list[Floats]:
     found = []
     for mover in movers:
         if mover.radius:
-            found.append(rings([(mover.x, mover.y)], mover.radius)[0])
+            found.append(circle_strips([(mover.x, mover.y)], mover.radius)[0])
             continue
         along, across = mover.size[0] / 2, mover.size[1] / 2
         corners = ((along, across), (-along, across), (-along, -across), (along, -across), (along, across))
         pose = Pose(mover.x, mover.y, mover.yaw)
         found.append(np.array([from_frame(pose, x, y) for x, y in corners], dtype=np.float32))
     return found
+
+
+def beliefs(bodies: list[Body], radius: float) -> list[Floats]:
+    """Return a ring for each robot that knows its pose only nearly: its body is in it, wherever in its error it is."""
+    found = [body.believed for body in bodies if body.believed is not None]
+    return [circle_strips([(x, y)], radius + off)[0] for x, y, _, off in found]
 
 
 class Trails:
@@ -147,14 +153,14 @@ class Trails:
         return [np.array(points, dtype=np.float32).reshape(-1, 2) for points in self._points]
 
 
-def rings(spots: list[tuple[float, float]], radius: float) -> Floats:
+def circle_strips(spots: list[tuple[float, float]], radius: float) -> Floats:
     """Return a circle around each spot: (M, 33, 2)."""
     angle = np.linspace(0.0, 2 * np.pi, 33, dtype=np.float32)
     circle = radius * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
     return (np.array(spots, dtype=np.float32).reshape(-1, 1, 2) + circle).astype(np.float32)
 
 
-def squares(spots: list[tuple[float, float]], half: float) -> Floats:
+def square_strips(spots: list[tuple[float, float]], half: float) -> Floats:
     """Return a square around each spot: (M, 5, 2)."""
     corners = half * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]], dtype=np.float32)
     return (np.array(spots, dtype=np.float32).reshape(-1, 1, 2) + corners).astype(np.float32)

@@ -5,7 +5,7 @@ from typing import Final
 
 import rerun as rr
 
-from dashboard.fold import naming, palette
+from dashboard.fold import palette, phrases
 from dashboard.fold.scene import Scene
 from dashboard.rerun import shapes
 from swarm.maps.occupancy import FREE, WALL, Point
@@ -15,7 +15,7 @@ Log = Callable[[str, rr.AsComponents], None]  # entity and what is drawn, for al
 UPRIGHT: Final = rr.Transform3D(mat3x3=[[1, 0, 0], [0, -1, 0], [0, 0, 1]])  # Rerun's 2D view has y down
 
 
-class Stage:
+class StillPicture:
     """The parts of one run's picture that do not move."""
 
     def __init__(self, log: Log, scene: Scene, robots: tuple[str, ...]) -> None:
@@ -37,7 +37,7 @@ class Stage:
     def draw_map(self, scene: Scene) -> None:
         """Draw walls and obstacles, and the border; call it again when they have changed."""
         self.scene, floor = scene, scene.map
-        self._log("world/map", place(scene, floor.resolution))
+        self._log("world/map", image_place(scene, floor.resolution))
         self._log("world/map", rr.Image(shapes.floor_image(floor), color_model="RGB", draw_order=-20.0))
         border = rr.LineStrips2D([shapes.border(floor)], colors=palette.WALL, radii=pixels(1.0), draw_order=-10.0)
         self._log("world/border", border)
@@ -51,7 +51,7 @@ class Stage:
         """Draw where robots started [m]."""
         self.homes_known = True
         places = [number for number, name in enumerate(self._robots) if name in spots]
-        squares = shapes.squares([spots[self._robots[n]] for n in places], self.scene.settings.robot.radius * 1.2)
+        squares = shapes.square_strips([spots[self._robots[n]] for n in places], self.scene.settings.robot.radius * 1.2)
         colours = [self.colours[n] for n in places]
         self._log("world/homes", rr.LineStrips2D(squares, colors=colours, radii=pixels(1.2), draw_order=3.0))
 
@@ -67,7 +67,7 @@ class Stage:
                 names.append(f"{self._robots[number]}: {index}" if own else f"target {index}")
                 colours.append(self.colours[number] if own else palette.TARGET)
         if spots:
-            rings = shapes.rings(spots, max(settings.reach, settings.robot.radius))
+            rings = shapes.circle_strips(spots, max(settings.reach, settings.robot.radius))
             self._log("world/targets", rr.LineStrips2D(rings, colors=colours, radii=pixels(1.2), draw_order=2.0))
             points = rr.Points2D(
                 spots, colors=colours, radii=pixels(3.0), labels=names, show_labels=True, draw_order=2.0
@@ -77,7 +77,7 @@ class Stage:
     def _give_looks(self) -> None:
         """Log the colours and widths of what moves."""
         radius, colours, names = self.scene.settings.robot.radius, self.colours, list(self._robots)
-        faded = [palette.halfway(colour, palette.FLOOR) for colour in colours]
+        faded = [palette.mix_colours(colour, palette.FLOOR) for colour in colours]
         discs = rr.Points2D.from_fields(colors=colours, radii=radius, draw_order=30.0, labels=names, show_labels=False)
         self._log("world/robots", discs)
         heading = rr.LineStrips2D.from_fields(  # a label has the colour of what it is at: that of the headings is white
@@ -89,6 +89,9 @@ class Stage:
         self._log("world/sensors", rr.LineStrips2D.from_fields(radii=pixels(0.7), draw_order=4.0))
         moved = rr.LineStrips2D.from_fields(colors=palette.MOVER, radii=pixels(1.5), draw_order=7.0)
         self._log("world/movers", moved)
+        if not self.scene.settings.localisation.exact:
+            rings = rr.LineStrips2D.from_fields(colors=palette.WHITE, radii=pixels(0.7), draw_order=32.0)
+            self._log("world/beliefs", rings)
         touched = rr.Points2D.from_fields(colors=palette.CONTACT, radii=pixels(6.0), draw_order=40.0, show_labels=False)
         self._log("world/contacts", touched)
         for plot in ("distance", "wheels/left", "wheels/right"):
@@ -98,14 +101,14 @@ class Stage:
         home = self.scene.settings.return_home
         for number, name in enumerate(self._robots):
             stops = len(self.scene.targets(number)) + home
-            words = [naming.stop_lane(stop, stops, home) for stop in range(stops)]
+            words = [phrases.stop_label(stop, stops, home) for stop in range(stops)]
             colours = [palette.stop(stop, stops) for stop in range(stops)]
-            words += [naming.DONE, naming.WAITS, naming.BLOCKED, naming.READY]
+            words += [phrases.DONE, phrases.WAITS, phrases.BLOCKED, phrases.READY]
             colours += [palette.DONE, palette.WAITS, palette.BLOCKED, palette.UNKNOWN]
             self._log(f"progress/{name}", rr.StateConfiguration(values=words, labels=words, colors=colours))
 
 
-def place(scene: Scene, resolution: float) -> rr.Transform3D:
+def image_place(scene: Scene, resolution: float) -> rr.Transform3D:
     """Return the place of an image of the floor, whose pixels have the side ``resolution`` [m]."""
     origin = scene.map.origin
     turned = shapes.frame_matrix(origin.yaw, resolution)

@@ -79,7 +79,7 @@ def lattice(
     if edits:
         vector["edits"] = []
     for edit in edits:
-        floor, low, high = floor.edited(KINDS[edit.kind], edit.low, edit.high)
+        floor, low, high = floor.edit_rectangle(KINDS[edit.kind], edit.low, edit.high)
         changes = {"kind": edit.kind.value, "low": [*edit.low], "high": [*edit.high]}
         vector["edits"].append(changes | {"rows": [low[0], high[0]], "columns": [low[1], high[1]]})
     cells = cells_of(floor, settings)
@@ -93,7 +93,7 @@ def lattice(
     }
     vector["points"] = [{"at": [x, y], "cell": cells.cell_of(x, y)} for x, y in points]
     vector["discs"] = [
-        {"at": [x, y], "radius": r, "reaches_into": [cell for cell in cells.touched(x, y, r) if cell >= 0]}
+        {"at": [x, y], "radius": r, "reaches_into": [cell for cell in cells.cells_under_disc(x, y, r) if cell >= 0]}
         for x, y, r in discs
     ]
     return vector

@@ -12,7 +12,7 @@ from swarm.bus.codec import encode
 from swarm.messages import Broadcast
 from swarm.messages.traffic import Collect, Entry, Epoch, JointPlan, Record, Relayed
 from swarm.traffic.joint.protocol import JointPlanning
-from swarm.traffic.joint.states import Following
+from swarm.traffic.joint.states import FollowedPlan
 from swarm.traffic.mapf.precedence import order_of
 from swarm.traffic.peers.records import PeerRecords
 from swarm.traffic.reservations.route import RouteProgress
@@ -81,10 +81,10 @@ ENDS: Final[dict[str, tuple[str, int, int, list[Record]]]] = {  # who, its goal,
 # fmt: on
 
 
-def following(me: str, *, through: bool = False) -> Following:
+def following(me: str, *, through: bool = False) -> FollowedPlan:
     """Return a robot's part in the plan, adopted at tick 1000."""
     plan = replace(PLAN, through=through)
-    return Following(me, plan, MEMBERS, NOW, SETTINGS.absent, {entry.step: entry for entry in PLAN.after[me]})
+    return FollowedPlan(me, plan, MEMBERS, NOW, SETTINGS.absent, {entry.step: entry for entry in PLAN.after[me]})
 
 
 def plain(one: Record) -> Json:
@@ -216,10 +216,10 @@ def told(events: Sequence[tuple[str, int, Broadcast | bytes | None]]) -> list[Js
     peers, joint, found = PeerRecords("r3", SETTINGS), JointPlanning("r3", SETTINGS), []
     for about, tick, broadcast in events:
         traffic, message = heard(broadcast) if broadcast is not None else (None, None)
-        assert not peers.hear(tick, CELLS, [traffic] if traffic is not None else [])
-        joint.take(situation(tick, 22, peers.others))
-        refusal = joint.refused(tick)
-        answer = {"frozen": joint.frozen, "epoch": joint.epoch, "refusal": refusal}
+        assert not peers.merge_broadcasts(tick, CELLS, [traffic] if traffic is not None else [])
+        joint.handle_occasion(situation(tick, 22, peers.others))
+        refusal = joint.refusal_to_tell(tick)
+        answer = {"frozen": joint.call_epoch, "epoch": joint.epoch, "refusal": refusal}
         found.append(
             {"description": about, "tick": tick, "heard": message, "answer": msgpack.unpackb(msgpack.packb(answer))}
         )

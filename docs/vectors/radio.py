@@ -13,7 +13,7 @@ from docs.vectors.writing import Json, metres
 from swarm.bus.losses import Gaps, Numbers
 from swarm.geometry import Pose
 from swarm.messages import RADIO
-from swarm.robot.host.radio import around, zone
+from swarm.robot.host.radio import zone_of, zones_around
 from swarm.robot.sectors import sectors
 from swarm.settings import SensorSettings
 from swarm.traffic.lattice.placement import traffic_settings
@@ -39,9 +39,9 @@ def radio() -> Json:
         phases.append({"robot": f"r{number}", "every": every, "somebody_listens": listening, "sends_at": ticks})
     zones = []
     for x, y in ((1.0, 1.0), (7.99, 8.01), (8.0, 0.0), (-0.01, 3.0), (-8.0, -8.01), (100.0, 55.9)):
-        here = zone(x, y, reach)
+        here = zone_of(x, y, reach)
         key = RADIO.key.format(zx=here[0], zy=here[1], robot="r2")
-        zones.append({"at": [x, y], "key": key, "hears": [[*one] for one in sorted(around(here))]})
+        zones.append({"at": [x, y], "key": key, "hears": [[*one] for one in sorted(zones_around(here))]})
     numbers, gaps, attached = Numbers(), Gaps(), []
     numbers.sender = 3141592653
     sent = [(key, numbers.attachment(key)) for key in ("robot/r2/cmd", "radio/0/0/r2", *["robot/r2/cmd"] * 4)]
@@ -50,7 +50,7 @@ def radio() -> Json:
     sent += [("robot/r2/cmd", numbers.attachment("robot/r2/cmd")) for _ in range(2)]
     for at, (key, data) in enumerate(sent):
         came = at not in {3, 4}
-        lost = gaps.lost(key, data) if came else None
+        lost = gaps.count_lost(key, data) if came else None
         attached.append({"key": key, "attachment": data.hex(), "array": [*msgspec.msgpack.decode(data)], "lost": lost})
     return {
         "description": "When and on which key a robot sends its broadcasts, and what it attaches to each message.",

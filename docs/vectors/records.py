@@ -17,7 +17,7 @@ from swarm.traffic.outputs import RecordWriter
 from swarm.traffic.peers.records import PeerRecords
 from swarm.traffic.peers.sightings import Sightings
 from swarm.traffic.peers.situation import Situation
-from swarm.traffic.reservations.claims import Claiming
+from swarm.traffic.reservations.claims import CellClaimer
 from swarm.traffic.reservations.route import ALONE, Footprint, RouteProgress
 from swarm.traffic.reservations.rules import Reservations
 
@@ -189,11 +189,11 @@ def judged(case: Case) -> Json:
     for broadcast in case.heard:
         traffic, message = heard(broadcast)
         messages.append(message)
-        dropped += [event.text for event in peers.hear(NOW, CELLS, [traffic])]
-        sightings.hear(NOW, peers.fresh(NOW).values())
-    fresh = peers.fresh(NOW)
+        dropped += [event.text for event in peers.merge_broadcasts(NOW, CELLS, [traffic])]
+        sightings.merge_sightings(NOW, peers.fresh_records(NOW).values())
+    fresh = peers.fresh_records(NOW)
     known = situation(
-        NOW, case.held[-1], peers.others, fresh=fresh, blocked=sightings.occupied(),
+        NOW, case.held[-1], peers.others, fresh=fresh, blocked=sightings.occupied_cells(),
         cleared=sightings.clear(peers.others, fresh),
     )  # fmt: skip
     reservations = Reservations(case.held, case.claims, 9)
@@ -201,10 +201,10 @@ def judged(case: Case) -> Json:
     progress = RouteProgress(reservations, (ALONE,) * len(case.held), way)
     x, y = CELLS.centre(case.held[0])
     body = Footprint(NOW, Pose(x, y, 0.0), case.held[0], frozenset(case.held[:1]))
-    after = Claiming("r2", SETTINGS).step(progress, None, known, body, ()).progress.reservations
+    after = CellClaimer("r2", SETTINGS).step(progress, None, known, body, ()).progress.reservations
     answer: dict[str, Json] = {
         "newest": {robot: one.stamp for robot, one in peers.others.items()},
-        "silent": sorted(peers.fallen_silent(NOW)),
+        "silent": sorted(peers.silent_records(NOW)),
         "acks": [[*ack] for ack in TELLING._acks(after, peers.others, body.pose)],
         "takes": [*after.held[len(case.held) :]],
     }

@@ -4,13 +4,13 @@ import re
 from collections.abc import Iterable
 
 
-def namespaces(robots: Iterable[str]) -> tuple[dict[str, str], dict[str, str]]:
+def assign_namespaces(robots: Iterable[str]) -> tuple[dict[str, str], dict[str, str]]:
     """Return the namespace of each robot, and who has it already for each robot that cannot have its own.
 
     A name of ROS has only letters, digits and single underscores and begins with a letter; ours has ``.``, ``:`` and
     ``-`` too.
 
-    >>> namespaces(["r1", "arm-2", "arm.2", "7"])
+    >>> assign_namespaces(["r1", "arm-2", "arm.2", "7"])
     ({'r1': '/r1', 'arm-2': '/arm_2', '7': '/r7'}, {'arm.2': 'arm-2'})
     """
     given: dict[str, str] = {}

@@ -10,7 +10,7 @@ from msgspec.msgpack import Decoder, Encoder
 from swarm.bus.records import OpenedRecords
 from swarm.errors import PeerError
 from swarm.messages import Broadcast, Message, Relayed, TrafficBroadcast
-from swarm.messages.faults import explained
+from swarm.messages.faults import explain_fault
 
 M = TypeVar("M", bound=Message)
 ENCODER: Final = Encoder()
@@ -43,7 +43,7 @@ def encode(message: Message, as_json: bool = False) -> bytes:
         return json.encode(message)
     if isinstance(message, Broadcast) and message.traffic is not None and message.traffic.others:
         own, others = message.traffic.own, message.traffic.others
-        packed: Any = tuple([(hops, RECORDS.packed(record)) for hops, record in others])
+        packed: Any = tuple([(hops, RECORDS.packed_record(record)) for hops, record in others])
         message = _with_traffic(message, TrafficBroadcast(own=own, others=packed))
     return ENCODER.encode(message)
 
@@ -62,7 +62,7 @@ def decode(payload: bytes, kind: type[M], limit: int, as_json: bool = False) -> 
             raise ValidationError("expected a version, `v`, got none")
         if as_json:
             return json.decode(payload, type=kind)
-        message: Any = _opened(SEALED.decode(payload)) if kind is Broadcast else _decoder(kind).decode(payload)
+        message: Any = _decode_body(SEALED.decode(payload)) if kind is Broadcast else _decoder(kind).decode(payload)
     except (DecodeError, RecursionError, UnicodeDecodeError) as fault:
         raise PeerError(f"{kind.__name__.lower()}: {fault if as_json else _reason(payload, fault)}") from None
     found: M = message
@@ -88,7 +88,7 @@ def _no_extension(code: int, data: memoryview) -> NoReturn:
     raise ValidationError(f"expected no extension type, got {code} of {len(data)} bytes")
 
 
-def _opened(sealed: SealedBroadcast) -> Broadcast:
+def _decode_body(sealed: SealedBroadcast) -> Broadcast:
     traffic: Any = sealed.traffic
     if traffic is not None:
         others = tuple([Relayed(hops, RECORDS.open(record)) for hops, record in traffic.others])
@@ -108,4 +108,4 @@ def _reason(payload: bytes, fault: Exception) -> str:
         return f"expected a MessagePack map, got {payload[:16]!r} ({broken})"
     if not isinstance(whole, dict):
         return f"expected a MessagePack map, got {type(whole).__name__}"
-    return str(explained(str(fault), whole))
+    return str(explain_fault(str(fault), whole))

@@ -13,9 +13,9 @@ import zenoh
 import zenoh.ext
 
 from swarm.bus import settings
-from swarm.bus.connecting import plain
+from swarm.bus.connection import strip_sources
 from swarm.errors import ConfigError, PeerError
-from swarm.messages.topic import below
+from swarm.messages.topic import key_prefix_of
 
 WAITING: Final = 8  # messages of a key that wait to be taken; a newer one takes the place of the oldest
 HEARTBEAT: Final = 0.5  # s, after which a latched topic tells its last number: rmw_zenoh's
@@ -23,7 +23,7 @@ ASKING: Final = 1000  # requests on a key that wait to be taken; a newer one tak
 
 
 @dataclass(frozen=True, slots=True)
-class Asked:
+class ForeignRequest:
     """A request of somebody else. Answer it once, with ``answer`` or ``refuse``, at once or later.
 
     An answer to who has gone, or no longer waits, goes nowhere.
@@ -92,7 +92,7 @@ class Foreign:
             self._session = zenoh.open(settings.client(self._endpoint))
         except zenoh.ZError as fault:
             raise ConfigError(
-                f"endpoint {self._endpoint}: expected a running router, got: {plain(str(fault))}; "
+                f"endpoint {self._endpoint}: expected a running router, got: {strip_sources(str(fault))}; "
                 "start that router first, or name another one"
             ) from None
         return self
@@ -149,14 +149,14 @@ class Foreign:
         )
         self._subscribers[key] = Waiting(subscriber, samples, limit)
 
-    def news(self) -> bool:
+    def has_arrivals(self) -> bool:
         """Return True if something has come on any key since the last call."""
         try:
             return self._news.pop()
         except IndexError:
             return False
 
-    def arrived(self, key: str) -> list[bytes | PeerError]:
+    def take_payloads(self, key: str) -> list[bytes | PeerError]:
         """Return the payloads that came on a key since the last call, the oldest first; the last ``WAITING`` at most.
 
         For one that is too long there is an error in its place.
@@ -176,7 +176,7 @@ class Foreign:
         Raises:
             PeerError: it is too long.
         """
-        last = next(reversed(self.arrived(key)), None)
+        last = next(reversed(self.take_payloads(key)), None)
         if isinstance(last, PeerError):
             raise last
         return last
@@ -190,12 +190,12 @@ class Foreign:
         queryable = self._session.declare_queryable(key, put, complete=True)
         self._queryables[key] = Waiting(queryable, queries, limit)
 
-    def asked(self, key: str) -> list[Asked]:
+    def take_queries(self, key: str) -> list[ForeignRequest]:
         """Return the requests on a key since the last call."""
         _, queries, limit = self._queryables[key]
         found = []
         while queries:
-            found.append(Asked(key, limit, queries.popleft()))
+            found.append(ForeignRequest(key, limit, queries.popleft()))
         return found
 
     def withdraw(self, key: str) -> None:
@@ -227,7 +227,7 @@ class Stranger:
     """A session that keeps to no table of topics; use it in a ``with``. Keys are below the fleet's."""
 
     def __init__(self, endpoint: settings.Endpoint, fleet: str) -> None:
-        self._endpoint, self._prefix = endpoint, below(fleet)
+        self._endpoint, self._prefix = endpoint, key_prefix_of(fleet)
         self._declared: list[Any] = []
 
     def __enter__(self) -> "Stranger":
@@ -237,11 +237,11 @@ class Stranger:
     def __exit__(self, *fault: object) -> None:
         self._session.close()  # type: ignore[no-untyped-call]
 
-    def put(self, key: str, payload: bytes) -> None:
+    def send_bytes(self, key: str, payload: bytes) -> None:
         """Send bytes; the key may have wildcards."""
         self._session.put(self._prefix + key, payload)
 
-    def pretend(self, key: str) -> None:
+    def announce_absent(self, key: str) -> None:
         """Announce somebody who is not there."""
         self._declared.append(self._session.liveliness().declare_token(f"{self._prefix}alive/{key}"))
 

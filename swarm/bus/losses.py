@@ -45,7 +45,7 @@ class Gaps:
     def __init__(self) -> None:
         self._last: dict[str, tuple[int, int]] = {}  # by key: sender and number; the key silent longest is first
 
-    def lost(self, key: str, attached: bytes | None) -> int:
+    def count_lost(self, key: str, attached: bytes | None) -> int:
         """Return how many messages were lost on a key right before the one with this attachment.
 
         A message without an attachment comes from software that does not number its messages: nothing is known then.

@@ -3,7 +3,7 @@
 from queue import Empty, SimpleQueue
 from typing import Generic, TypeVar
 
-from swarm.stopping import wakers
+from swarm.stop_signal import wakers
 
 T = TypeVar("T")
 

@@ -22,7 +22,7 @@ class OpenedRecords:
     def __init__(self) -> None:
         self._decoder = Decoder(Record)
         self._opened: dict[bytes, Record] = {}  # the one heard least lately first
-        self._packed: dict[int, Raw] = {}  # by the identity of a record in ``_opened``
+        self._packed: dict[int, Raw] = {}  # by the identity of a record in ``_decode_body``
         self._size = 0
 
     def open(self, packed: Raw) -> Record:
@@ -42,7 +42,7 @@ class OpenedRecords:
         self._opened[content] = record
         return record
 
-    def packed(self, record: Record) -> Raw | Record:
+    def packed_record(self, record: Record) -> Raw | Record:
         """Return the bytes that a record came in, or the record itself if it did not come in bytes lately."""
         return self._packed.get(id(record), record)
 

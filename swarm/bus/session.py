@@ -17,15 +17,15 @@ import zenoh
 from swarm.bus import settings
 from swarm.bus.arrivals import Arrival, Link, Presence, Request, encoding
 from swarm.bus.codec import decode, encode
-from swarm.bus.connecting import channel, connect
+from swarm.bus.connection import channel, connect
+from swarm.bus.inbox_item import ID, Item, count_lost_before, decode_item, inbox_item, is_browsing, parse_presence
 from swarm.bus.losses import Gaps, Ledger, Numbers
 from swarm.bus.mailbox import Mailbox
-from swarm.bus.opening import ID, Item, browses, lost_before, opened, presence, sampled
-from swarm.bus.tap import other_wires
+from swarm.bus.tap import find_other_wires
 from swarm.errors import ConfigError, PeerError
 from swarm.heartbeat import Heartbeat
 from swarm.messages import REPLIES, Accepted, Message, Topic
-from swarm.messages.topic import below
+from swarm.messages.topic import key_prefix_of
 
 AGAIN: Final = (0.005, 0.01, 0.02, 0.04, 0.08, 0.16)  # s between two questions who is there, if the answer is nobody
 INBOX_LIMIT: Final = 50_000  # arrivals that wait in the inbox; more are dropped and counted
@@ -46,7 +46,7 @@ class Bus:
     ) -> None:
         if not ID.match(fleet):
             raise ConfigError(f"fleet: expected letters, digits and _ . : - (at most 64), got {fleet!r}")
-        self._fleet, self._prefix = fleet, below(fleet)
+        self._fleet, self._prefix = fleet, key_prefix_of(fleet)
         self._endpoint = endpoint
         self._inbox: Mailbox[Item] = Mailbox()
         self._quiet: dict[str, tuple[Topic[Any], Gaps, Callable[[], zenoh.Sample | None]]] = {}  # by key; how to poll
@@ -91,12 +91,12 @@ class Bus:
         return self._numbers.sender
 
     @property
-    def refused(self) -> Counter[str]:
+    def refused_counts(self) -> Counter[str]:
         """Messages dropped because they are bad, by topic key."""
         return self._ledger.refused.counts
 
     @property
-    def lost(self) -> Counter[str]:
+    def lost_counts(self) -> Counter[str]:
         """Messages lost on the way or in a full inbox, by topic key; those of the radio model are not among them."""
         return self._ledger.lost.counts
 
@@ -118,7 +118,7 @@ class Bus:
             attachment=self._numbers.attachment(key),
         )
 
-    def wanted(self, topic: Topic[Any], **ids: str | int) -> bool:
+    def has_listener(self, topic: Topic[Any], **ids: str | int) -> bool:
         """Return True if anybody listens to a topic; if nobody does, a large message need not be made."""
         key = self._prefix + topic.key.format(**ids)
         if key not in self._publishers:
@@ -155,7 +155,7 @@ class Bus:
                 reason = "expected an answer of the process that was asked, got one of another"
             elif reply.err is not None:
                 reason = reply.err.payload.to_bytes().decode(errors="replace")[:2000]
-        raise PeerError(topic.refused(reason, **ids))
+        raise PeerError(topic.format_refusal(reason, **ids))
 
     def fetch(self, topic: Topic[M], timeout: float = 5.0, **ids: str | int) -> list[M]:
         """Return the last messages of a topic from processes that keep them; key parts left out match everything."""
@@ -168,36 +168,36 @@ class Bus:
                     self._ledger.refuse(topic.key, fault)
         return found
 
-    def announced(self, role: str, timeout: float = 2.0) -> list[Presence]:
+    def query_announced(self, role: str, timeout: float = 2.0) -> list[Presence]:
         """Ask who announces a role now; wait for each answer for ``timeout`` [s] at most.
 
         Zenoh 1.10 sometimes answers nobody at once, and goes on so for some milliseconds, if this session watches
         presence and another one asks too. Then it is asked again, a little later each time. None answers in part.
         """
         for pause in (*AGAIN, None):
-            found = self._announced(role, timeout)
+            found = self._collect_announced(role, timeout)
             if found or pause is None or not self._watching:
                 break
             sleep(pause)
         return found
 
-    def _announced(self, role: str, timeout: float) -> list[Presence]:
+    def _collect_announced(self, role: str, timeout: float) -> list[Presence]:
         found = []
         for reply in self._session.liveliness().get(f"{self._prefix}alive/{role}/*/*", timeout=timeout):
             if reply.ok is not None:
                 try:
-                    found.append(presence(self._prefix, str(reply.ok.key_expr), alive=True))
+                    found.append(parse_presence(self._prefix, str(reply.ok.key_expr), alive=True))
                 except PeerError as fault:
                     self._ledger.refuse("alive", fault)
         return found
 
     def sessions(self, role: str, timeout: float = 2.0) -> set[str]:
         """Ask which sessions announce a role now."""
-        return {one.session for one in self.announced(role, timeout)}
+        return {one.session for one in self.query_announced(role, timeout)}
 
     def other_wires(self, role: str) -> list[str]:
         """Ask which other versions of the wire processes of a role speak in a fleet of this name."""
-        return other_wires(self._session, self._fleet, role, timeout=0.5)  # s; meanwhile nothing is received
+        return find_other_wires(self._session, self._fleet, role, timeout=0.5)  # s; meanwhile nothing is received
 
     def announce(self, role: str, name: str) -> None:
         """Announce this process under a name until ``withdraw`` or the end of the session."""
@@ -224,7 +224,9 @@ class Bus:
         if quiet:
             self._declared[key], self._quiet[key] = subscriber, (topic, gaps, subscriber.handler.try_recv)
         else:
-            self._declared[key] = self._reading(subscriber, lambda sample: self._put(sampled(topic, gaps, sample)))
+            self._declared[key] = self._reading(
+                subscriber, lambda sample: self._put_into_inbox(inbox_item(topic, gaps, sample))
+            )
 
     def unlisten(self, topic: Topic[Any], **ids: str | int) -> None:
         """Stop listening to a topic; the arguments are those of ``listen``. What has arrived is kept."""
@@ -240,7 +242,9 @@ class Bus:
         """
 
         def ask(query: zenoh.Query) -> None:
-            if not browses(query, kept=topic.key in self._kept) and not self._put(("query", topic, query)):
+            if not is_browsing(query, kept=topic.key in self._kept) and not self._put_into_inbox(
+                ("query", topic, query)
+            ):
                 query.reply_err(b"expected room in the inbox of this process, found it full; ask again later")
                 query.drop()  # type: ignore[no-untyped-call]
 
@@ -273,8 +277,9 @@ class Bus:
     def receive(self, timeout: float | None = None) -> Arrival | Presence | Link | Request | None:
         """Return the next arrival; None if none comes within ``timeout`` [s] (None: for ever), or when told to stop.
 
-        A message that is malformed, too large, or of a wrong type or version is counted in ``refused``, logged at most
-        once a second, and skipped. A gap in the numbers of a sender's messages is counted in ``lost``, and logged so.
+        A message that is malformed, too large, or of a wrong type or version is counted in ``refused_counts``, logged
+        at most once a second, and skipped. A gap in the numbers of a sender's messages is counted in ``lost_counts``,
+        and logged so.
         """
         deadline = None if timeout is None else monotonic() + timeout
         if self._heart is not None:
@@ -287,9 +292,9 @@ class Bus:
                 return None
             item = self._taken.popleft()
             try:
-                if item[0] == "sample" and (lost := lost_before(item)):
+                if item[0] == "sample" and (lost := count_lost_before(item)):
                     self._ledger.miss(item[1].key, item[2], lost)
-                return opened(self._prefix, item)
+                return decode_item(self._prefix, item)
             except PeerError as fault:
                 self._ledger.refuse(item[1].key if item[0] != "token" else "alive", fault)
 
@@ -315,11 +320,11 @@ class Bus:
     def _take_quiet(self, topic: Topic[Any], gaps: Gaps, poll: Callable[[], zenoh.Sample | None]) -> None:
         try:
             while (sample := poll()) is not None:
-                self._taken.append(sampled(topic, gaps, sample))
+                self._taken.append(inbox_item(topic, gaps, sample))
         except zenoh.ZError:
             pass  # the subscription has ended, and its last message is taken
 
-    def _put(self, item: Item) -> bool:
+    def _put_into_inbox(self, item: Item) -> bool:
         """Put an item into the inbox and return True, or count it if the inbox is full."""
         if room := self._inbox.size() < INBOX_LIMIT:
             self._inbox.put(item)

@@ -69,16 +69,16 @@ class Endpoint:
             raise ConfigError(f"endpoint: expected {scheme}/HOST:PORT, got {text!r}, which {what}")
         return cls(match[2], int(match[3]), None if keys is None else Identity(keys, member))
 
-    def seen_by(self, member: str) -> "Endpoint":
+    def endpoint_for_member(self, member: str) -> "Endpoint":
         """Return the same endpoint for another member of the fleet."""
         return self if self.identity is None else replace(self, identity=replace(self.identity, name=member))
 
-    def shared_by(self, sessions: int) -> "Endpoint":
+    def endpoint_for_sessions(self, sessions: int) -> "Endpoint":
         """Return the same endpoint for so many sessions of one machine: many of them are waited for longer."""
         return replace(self, lease=max(LEASE, LEASE_OF_EACH * sessions))
 
     @property
-    def local(self) -> bool:
+    def is_local(self) -> bool:
         """True if only this machine can reach it."""
         try:
             return ip_address(self.host.strip("[]")).is_loopback

@@ -10,14 +10,14 @@ from typing import Any, Final
 
 import zenoh
 
-from swarm.bus.connecting import channel, connect, plain
+from swarm.bus.connection import channel, connect, strip_sources
+from swarm.bus.inbox_item import ID
 from swarm.bus.losses import Gaps
 from swarm.bus.mailbox import Mailbox
-from swarm.bus.opening import ID
 from swarm.bus.settings import Endpoint
 from swarm.errors import ConfigError, PeerError
 from swarm.messages import SETUP, Topic
-from swarm.messages.topic import below
+from swarm.messages.topic import key_prefix_of
 from swarm.secure.access import LAST
 
 WAITING: Final = 50_000  # samples that wait to be taken; more are dropped and counted
@@ -38,13 +38,13 @@ class Tap:
 
     def __init__(self, endpoint: Endpoint, fleet: str, key: str) -> None:
         try:
-            self._key = zenoh.KeyExpr.autocanonize(below(fleet) + key)
+            self._key = zenoh.KeyExpr.autocanonize(key_prefix_of(fleet) + key)
         except zenoh.ZError as fault:
             raise ConfigError(
-                f"expected a key such as robot/r1/state or robot/*/state, got {key!r}: {plain(str(fault))}; "
+                f"expected a key such as robot/r1/state or robot/*/state, got {key!r}: {strip_sources(str(fault))}; "
                 "`swarm topics` lists the keys in use"
             ) from None
-        self._endpoint, self._prefix = endpoint, below(fleet)
+        self._endpoint, self._prefix = endpoint, key_prefix_of(fleet)
         self._samples: Mailbox[Sample] = Mailbox()
         self.dropped = 0  # samples that came faster than they were taken
 
@@ -92,7 +92,7 @@ class Tap:
                 sample = take()
                 key, attached = str(sample.key_expr).removeprefix(self._prefix), sample.attachment
                 with suppress(PeerError):  # the number of a stranger says nothing
-                    if count := gaps.lost(key, None if attached is None else attached.to_bytes()):
+                    if count := gaps.count_lost(key, None if attached is None else attached.to_bytes()):
                         lost[key] += count
                 if self._samples.size() >= WAITING:
                     self.dropped += 1
@@ -110,9 +110,9 @@ def fleets(endpoint: Endpoint) -> list[str]:
         return names_on(session)
 
 
-def other_wires(session: zenoh.Session, fleet: str, role: str, timeout: float) -> list[str]:
+def find_other_wires(session: zenoh.Session, fleet: str, role: str, timeout: float) -> list[str]:
     """Return the other versions of the wire that processes of a role speak in a fleet of that name, sorted."""
-    _, ours, *_ = below(fleet).split("/")
+    _, ours, *_ = key_prefix_of(fleet).split("/")
     replies = session.liveliness().get(f"swarm/*/{fleet}/alive/{role}/*/*", timeout=timeout)
     keys = [str(reply.ok.key_expr).split("/") for reply in replies if reply.ok is not None]
     return sorted({key[1] for key in keys if re.fullmatch(r"v\d{1,6}", key[1])} - {ours})
@@ -120,8 +120,8 @@ def other_wires(session: zenoh.Session, fleet: str, role: str, timeout: float) -
 
 def names_on(session: zenoh.Session, role: str = "*", timeout: float = 2.0) -> list[str]:
     """Return the names of the fleets in which a session finds a process of a role within a time [s], sorted."""
-    replies = session.liveliness().get(f"{below('*')}alive/{role}/*/*", timeout=timeout)
+    replies = session.liveliness().get(f"{key_prefix_of('*')}alive/{role}/*/*", timeout=timeout)
     keys = [str(reply.ok.key_expr) for reply in replies if reply.ok is not None]
-    beginning = below("").removesuffix("/")  # of the key of every fleet
+    beginning = key_prefix_of("").removesuffix("/")  # of the key of every fleet
     names = {key.removeprefix(beginning).split("/")[0] for key in keys}
     return sorted(name for name in names if ID.match(name))

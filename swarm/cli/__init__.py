@@ -25,12 +25,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _run(arguments: Sequence[str] | None) -> int:
     # imported here, so that a Ctrl-C meanwhile is one sentence too, and so is what an installation lacks
-    from swarm import installed
+    from swarm import installation
     from swarm.errors import SwarmError
 
     words = [*(sys.argv[1:] if arguments is None else arguments)]
     try:
-        installed.check(installed.ROBOT if words[:1] in (["robot"], ["--version"]) else installed.LIBRARIES)
+        installation.check(installation.ROBOT if words[:1] in (["robot"], ["--version"]) else installation.LIBRARIES)
     except SwarmError as fault:
         print(f"swarm: {fault}", file=sys.stderr)
         return 2

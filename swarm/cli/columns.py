@@ -3,10 +3,10 @@
 from collections.abc import Collection, Sequence
 
 
-def aligned(rows: Sequence[Sequence[str]], right: Collection[int] = ()) -> str:
+def align_rows(rows: Sequence[Sequence[str]], right: Collection[int] = ()) -> str:
     """Return rows of equally many cells as lines; the columns with the numbers ``right`` end flush.
 
-    >>> print(aligned([("key", "Hz"), ("robot/r1/cmd", "20.0"), ("world/clock", "1.0")], right=[1]))
+    >>> print(align_rows([("key", "Hz"), ("robot/r1/cmd", "20.0"), ("world/clock", "1.0")], right=[1]))
     key             Hz
     robot/r1/cmd  20.0
     world/clock    1.0

@@ -7,21 +7,21 @@ from pathlib import Path
 from pkgutil import resolve_name
 from typing import Any, Final
 
-from swarm.cli.parsing import Commands, Parser
+from swarm.cli.argument_parser import Commands, Parser
 
 SHELLS: Final = ("bash", "zsh", "fish")
 
 
-SCENARIOS: Final = "swarm.scenario.shipped:shipped"
+SCENARIOS: Final = "swarm.scenario.shipped_scenarios:shipped_scenarios"
 Known = dict[tuple[str, str], str]  # by command and argument: where the words are, or the function that returns them
 
 WORDS: Final[Known] = {  # what it may be, or often is
-    **{(command, "pace"): "swarm.cli.parsing:PACES" for command in ("run", "box", "world")},
+    **{(command, "pace"): "swarm.cli.argument_parser:PACES" for command in ("run", "box", "world")},
     **{(command, "dashboard"): "dashboard.mode:ASKED" for command in ("run", "watch")},
     ("setup", "scenario"): SCENARIOS,
     ("schema", "message"): "swarm.messages.schema:kinds",
     ("drill", "row"): "swarm.launch.drill.table:ROWS",
-    ("storm", "profile"): "world.storm.plans.profiles:PROFILES",
+    ("storm", "profile"): "swarm.storm.plans.profiles:PROFILES",
 }
 WORDS_OR_FILES: Final[Known] = {  # the same, or a file
     **{(command, "scenario"): SCENARIOS for command in ("run", "box", "world")},

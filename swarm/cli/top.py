@@ -5,17 +5,17 @@ from collections.abc import Sequence
 from typing import Final
 
 from swarm.cli import completion
+from swarm.cli.argument_parser import Commands, Parser, Version, join_points
 from swarm.cli.bridge import commands as bridge
 from swarm.cli.look import echo, hz, logs, ls, status, topics, watch
-from swarm.cli.offline import analyze, asking, drill, replay, storm, tools
-from swarm.cli.parsing import Commands, Parser, Version, joined
+from swarm.cli.offline import analyze, drill, replay, storm, tape_question, tools
 from swarm.cli.start import fleet, keys
 from swarm.cli.steer import control, orders
-from swarm.errors import ConfigError, similar
+from swarm.errors import ConfigError, suggest_similar
 
 ROOMS: Final = (
-    fleet, keys, control, orders, bridge, status, ls, logs, topics, echo, hz, watch, replay, asking, analyze, drill,
-    storm, tools,
+    fleet, keys, control, orders, bridge, status, ls, logs, topics, echo, hz, watch, replay, tape_question, analyze,
+    drill, storm, tools,
 )  # fmt: skip
 GROUPS: Final[dict[str, tuple[str, ...]]] = {  # heading: the commands under it in `swarm --help`; each has one place
     "launch a fleet": ("run", "box", "keys", "router", "world", "robot"),
@@ -71,7 +71,7 @@ class Top(Parser):
             ConfigError: it is none; a similar one is named.
         """
         if word not in self.commands.choices:
-            meant = similar(word, self.commands.choices)
+            meant = suggest_similar(word, self.commands.choices)
             raise ConfigError(f"expected a command, got {word!r}; {meant or 'see swarm --help'}")
 
 
@@ -81,7 +81,7 @@ def read(arguments: Sequence[str]) -> argparse.Namespace:
     Raises:
         ConfigError: a word of it is wrong.
     """
-    top, words = Top(), joined(arguments)
+    top, words = Top(), join_points(arguments)
     if words and not words[0].startswith("-"):
         top.check(words[0])
     return top.parse_args(words)

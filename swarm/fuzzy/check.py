@@ -9,7 +9,7 @@ from itertools import pairwise
 from math import inf
 from typing import TypeGuard
 
-from swarm.errors import ConfigError, nearest
+from swarm.errors import ConfigError, suggest
 from swarm.fuzzy.kernel import TERMS
 from swarm.fuzzy.vocabulary import ANY, INPUTS, OUTPUTS, Behaviour, Rule, Slowing, Term, Variable, Weighing
 
@@ -31,24 +31,24 @@ def mapping(
     required, optional = tuple(required), tuple(optional)
     if not isinstance(value, dict) or not value:
         keys = ", ".join(required) or "names"
-        raise ConfigError(f"{where}: expected a mapping of {keys}, got {shown(value)}")
+        raise ConfigError(f"{where}: expected a mapping of {keys}, got {quote_value(value)}")
     for key in value:
         if not isinstance(key, str):
-            raise ConfigError(f"{where}: expected text as a key, got {shown(key)}; put it in quotes")
+            raise ConfigError(f"{where}: expected text as a key, got {quote_value(key)}; put it in quotes")
         if required and key not in required + optional:
-            raise ConfigError(f"{where}: unknown key {key!r}; {nearest(key, required + optional)}")
+            raise ConfigError(f"{where}: unknown key {key!r}; {suggest(key, required + optional)}")
         if not re.fullmatch(r"\w{1,40}", key):
-            raise ConfigError(f"{where}: expected a word of letters, digits and _ as a name, got {shown(key)}")
+            raise ConfigError(f"{where}: expected a word of letters, digits and _ as a name, got {quote_value(key)}")
     for key in required:
         if key not in value:
             raise ConfigError(f"{where}: {key} is missing; is the file whole? profiles/{example}.yaml shows every key")
     return value
 
 
-def text(value: object, where: str) -> str:
+def check_text(value: object, where: str) -> str:
     """Check a text: it is not empty."""
     if not isinstance(value, str) or not value.strip():
-        raise ConfigError(f"{where}: expected text, got {shown(value)}")
+        raise ConfigError(f"{where}: expected text, got {quote_value(value)}")
     return value
 
 
@@ -57,8 +57,10 @@ def variable(value: object, name: str, where: str) -> Variable:
     fields = mapping(value, where, ("unit", "universe", "terms"))
     unit, least, most = QUANTITIES[name]
     if fields["unit"] != unit:
-        raise ConfigError(f"{where}.unit: expected {unit!r}, got {shown(fields['unit'])}; units are not converted")
-    low, high = numbers(fields["universe"], f"{where}.universe", "[low, high]", 2)
+        raise ConfigError(
+            f"{where}.unit: expected {unit!r}, got {quote_value(fields['unit'])}; units are not converted"
+        )
+    low, high = check_numbers(fields["universe"], f"{where}.universe", "[low, high]", 2)
     if not least <= low < high <= most:
         raise ConfigError(
             f"{where}.universe: expected [low, high] with {least:g} <= low < high <= {most:g}, got [{low:g}, {high:g}]"
@@ -75,7 +77,7 @@ def variable(value: object, name: str, where: str) -> Variable:
 def _term(value: object, name: str, where: str, low: float, high: float, output: bool) -> Term:
     if name == ANY:
         raise ConfigError(f"{where}: in a rule {ANY!r} matches every input; give the term another name")
-    a, b, c, d = corners = numbers(value, where, "a trapezoid [a, b, c, d]", 4)
+    a, b, c, d = corners = check_numbers(value, where, "a trapezoid [a, b, c, d]", 4)
     got = f"got [{', '.join(f'{corner:g}' for corner in corners)}]"
     if any(left > right for left, right in pairwise(corners)):
         raise ConfigError(f"{where}: expected a trapezoid in order, a <= b <= c <= d, {got}")
@@ -90,15 +92,15 @@ def _term(value: object, name: str, where: str, low: float, high: float, output:
     return Term(name, a, b, c, d)
 
 
-def numbers(value: object, where: str, form: str, count: int) -> list[float]:
+def check_numbers(value: object, where: str, form: str, count: int) -> list[float]:
     """Check a list of ``count`` numbers; the words -inf and inf are allowed, NaN is not."""
     if not isinstance(value, list | tuple) or len(value) != count:
-        raise ConfigError(f"{where}: expected {form}, got {shown(value)}")
+        raise ConfigError(f"{where}: expected {form}, got {quote_value(value)}")
     checked = []
     for item in value:
         number = _INFINITIES.get(item, item) if isinstance(item, str) else item
         if not _is_number(number):
-            raise ConfigError(f"{where}: expected {form}, each a number, got {shown(item)} among them")
+            raise ConfigError(f"{where}: expected {form}, each a number, got {quote_value(item)} among them")
         checked.append(float(number))
     return checked
 
@@ -112,12 +114,14 @@ def _is_number(value: object) -> TypeGuard[float]:
 
 def behaviour(value: object, name: str, where: str, variables: dict[str, Variable]) -> Behaviour:
     """Check a behaviour's table: a header line, then one rule per line; # begins a comment."""
-    lines = [re.split(r"[\s,|]+", line.partition("#")[0].strip(" \t,|")) for line in text(value, where).splitlines()]
+    lines = [
+        re.split(r"[\s,|]+", line.partition("#")[0].strip(" \t,|")) for line in check_text(value, where).splitlines()
+    ]
     header, *rows = [cells for cells in lines if cells != [""]] or [[""]]
     columns = tuple(header[1:])
     for column in columns:
         if column not in variables:
-            raise ConfigError(f"{where}: unknown column {column!r}; {nearest(column, variables)}")
+            raise ConfigError(f"{where}: unknown column {column!r}; {suggest(column, variables)}")
     missing = [column for column in (*INPUTS, *OUTPUTS) if column not in columns]
     if header[0] != "rule" or missing or len(columns) > len(variables):
         raise ConfigError(
@@ -155,39 +159,42 @@ def _rule(cells: list[str], columns: tuple[str, ...], where: str, variables: dic
     for column, term in zip(columns, cells[1:], strict=True):
         known = variables[column].names() + ((ANY,) if column in INPUTS else ())
         if term not in known:
-            raise ConfigError(f"{where}: {term!r} is not a term of {column}; {nearest(term, known)}")
+            raise ConfigError(f"{where}: {term!r} is not a term of {column}; {suggest(term, known)}")
     return Rule(int(cells[0]), tuple(cells[1:]))
 
 
-def weighing(value: object, where: str, behaviours: Collection[str], inputs: dict[str, Variable]) -> Weighing | None:
+def check_weights(
+    value: object, where: str, behaviours: Collection[str], inputs: dict[str, Variable]
+) -> Weighing | None:
     """Check how two behaviours share the wheels; one behaviour alone has ``none``."""
     if len(behaviours) == 1:
         if value != "none":
             raise ConfigError(
-                f"{where}: expected 'none' with one behaviour, got {shown(value)}; add a behaviour or write 'none'"
+                f"{where}: expected 'none' with one behaviour, got {quote_value(value)}; add a behaviour or write "
+                "'none'"
             )
         return None
     fields = mapping(value, where, ("behaviour", "yields_to", "when"))
     names = []
     for key in ("behaviour", "yields_to"):
-        name = text(fields[key], f"{where}.{key}")
+        name = check_text(fields[key], f"{where}.{key}")
         if name not in behaviours:
-            raise ConfigError(f"{where}.{key}: unknown behaviour {name!r}; {nearest(name, behaviours)}")
+            raise ConfigError(f"{where}.{key}: unknown behaviour {name!r}; {suggest(name, behaviours)}")
         names.append(name)
     if names[0] == names[1]:
         raise ConfigError(f"{where}: expected two behaviours, got {names[0]!r} twice")
     when = mapping(fields["when"], f"{where}.when")
     for name, term in when.items():
         if name not in inputs:
-            raise ConfigError(f"{where}.when: unknown input {name!r}; {nearest(name, inputs)}")
-        if text(term, f"{where}.when.{name}") not in inputs[name].names():
+            raise ConfigError(f"{where}.when: unknown input {name!r}; {suggest(name, inputs)}")
+        if check_text(term, f"{where}.when.{name}") not in inputs[name].names():
             raise ConfigError(
-                f"{where}.when: {term!r} is not a term of {name}; {nearest(str(term), inputs[name].names())}"
+                f"{where}.when: {term!r} is not a term of {name}; {suggest(str(term), inputs[name].names())}"
             )
     return Weighing(names[0], names[1], tuple((name, str(term)) for name, term in when.items()))
 
 
-def slowing(value: object, where: str, inputs: dict[str, Variable]) -> Slowing:
+def check_slowing(value: object, where: str, inputs: dict[str, Variable]) -> Slowing:
     """Check how both speeds decrease with the nearest distance."""
     names = ("near", "far", "least")
     fields = mapping(value, where, names, example="careful")
@@ -195,7 +202,7 @@ def slowing(value: object, where: str, inputs: dict[str, Variable]) -> Slowing:
     for name in names:
         number = fields[name]
         if not _is_number(number):
-            raise ConfigError(f"{where}.{name}: expected a number, got {shown(number)}")
+            raise ConfigError(f"{where}.{name}: expected a number, got {quote_value(number)}")
         checked.append(float(number))
     near, far, least = checked
     most = min(variable.high for variable in inputs.values() if variable.unit == "m")
@@ -212,7 +219,7 @@ def slowing(value: object, where: str, inputs: dict[str, Variable]) -> Slowing:
     return Slowing(near, far, least)
 
 
-def shown(value: object) -> str:
+def quote_value(value: object) -> str:
     """Return a value as text for an error, at most 60 characters."""
     words = "nothing" if value is None else repr(value)
     return words if len(words) <= 60 else f"{words[:57]}..."

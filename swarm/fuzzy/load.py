@@ -5,7 +5,7 @@ from pathlib import Path
 
 import yaml
 
-from swarm.errors import ConfigError, nearest
+from swarm.errors import ConfigError, suggest
 from swarm.fuzzy.profile import Profile
 
 PROFILES = Path(__file__).parent / "profiles"
@@ -46,7 +46,7 @@ def load_profile(name_or_path: str | Path, base: Path | None = None) -> Profile:
         if text not in built_in_profiles():
             raise ConfigError(
                 f"controller {text!r}: expected a profile's name or a file ending in .yaml; "
-                f"{nearest(text, built_in_profiles())}"
+                f"{suggest(text, built_in_profiles())}"
             )
         return _read(PROFILES / f"{text}.yaml", f"{text}.yaml")
     if "\0" in text:
@@ -68,11 +68,11 @@ def _read(path: Path, where: str) -> Profile:
         raise ConfigError(f"{where}: cannot be read: {error.strerror}") from error
     except UnicodeDecodeError as error:
         raise ConfigError(f"{where}: expected UTF-8 text, got the byte {error.object[error.start]:#04x}") from error
-    return _parsed(source, where)
+    return _parse_profile(source, where)
 
 
 @lru_cache(maxsize=16)
-def _parsed(source: str, where: str) -> Profile:
+def _parse_profile(source: str, where: str) -> Profile:
     """Read a profile's text; the result is cached, since thousands of short runs read the same profile."""
     try:
         document = yaml.load(source, _ProfileLoader)

@@ -42,15 +42,17 @@ class Profile:
         if len(behaviours) > 2:
             names = ", ".join(behaviours)
             raise ConfigError(f"{where}: behaviours: expected one or two, got {len(behaviours)}: {names}")
-        weighing = check.weighing(fields["weighing"], f"{where}: weighing", behaviours, inputs)
+        weighing = check.check_weights(fields["weighing"], f"{where}: weighing", behaviours, inputs)
         profile = cls(
-            name=check.text(fields["name"], f"{where}: name"),
-            description=check.text(fields.get("description", "-"), f"{where}: description"),
+            name=check.check_text(fields["name"], f"{where}: name"),
+            description=check.check_text(fields.get("description", "-"), f"{where}: description"),
             inputs=inputs,
             outputs=outputs,
             behaviours=behaviours,
             weighing=weighing,
-            slowing=check.slowing(fields["slowing"], f"{where}: slowing", inputs) if "slowing" in fields else None,
+            slowing=check.check_slowing(fields["slowing"], f"{where}: slowing", inputs)
+            if "slowing" in fields
+            else None,
         )
         for number, behaviour in enumerate(profile.by_weight()):
             check_no_gap(behaviour, inputs, weighing, number == 0, f"{where}: behaviours.{behaviour.name}")

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
-from swarm.errors import ConfigError, nearest
+from swarm.errors import ConfigError, suggest
 from swarm.fuzzy.controller import Controller
 from swarm.fuzzy.kernel import within_half_turn
 from swarm.fuzzy.vocabulary import INPUTS, OUTPUTS, Variable
@@ -46,7 +46,7 @@ def surface(
     path = Path(path)
     for name in (x, y, *(at or {})):
         if name not in INPUTS:
-            raise ConfigError(f"control surface: unknown input {name!r}; {nearest(name, INPUTS)}")
+            raise ConfigError(f"control surface: unknown input {name!r}; {suggest(name, INPUTS)}")
     if x == y:
         raise ConfigError(f"control surface: expected two different inputs for its axes, got {x!r} twice")
     if path.suffix.lower() != ".png":
@@ -71,7 +71,7 @@ def surface(
     high = max(controller.profile.outputs[name].high for name in OUTPUTS)
     for k, name in enumerate(OUTPUTS):
         corner = LEFT + k * (SIDE + GAP)
-        picture.paste(_coloured(speeds[:, :, k], low, high), (corner, TOP))
+        picture.paste(_colour_image(speeds[:, :, k], low, high), (corner, TOP))
         draw.text((corner + SIDE / 2, TOP - 14), f"{name} [m/s]", "black", font, anchor="mm")
         _axes(draw, font, corner, variables[x], variables[y])
         if at and x in at and y in at:
@@ -100,7 +100,7 @@ def _colours(share: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.stack([np.interp(share, anchors, COLOURS[:, channel]) for channel in range(3)], axis=-1)
 
 
-def _coloured(speeds: NDArray[np.float64], low: float, high: float) -> Image.Image:
+def _colour_image(speeds: NDArray[np.float64], low: float, high: float) -> Image.Image:
     colours = _colours((speeds - low) / (high - low))
     step = np.floor(speeds / CONTOUR + 1e-9)
     contour = np.zeros(speeds.shape, dtype=bool)

@@ -93,7 +93,7 @@ def pieces_of(variable: Variable) -> Iterator[tuple[tuple[int, ...], list[float]
             sign = 1.0 if size % 2 else -1.0
             heights = _kinks(overlap)
             for s0, s1 in pairwise(heights):
-                (l0, r0), (l1, r1) = _cut(overlap, s0), _cut(overlap, s1)
+                (l0, r0), (l1, r1) = _alpha_cut(overlap, s0), _alpha_cut(overlap, s1)
                 if r0 + r1 <= l0 + l1:
                     break  # the height is above the peak
                 width, width_slope = r0 - l0, (r1 - r0 - l1 + l0) / (s1 - s0)
@@ -107,7 +107,7 @@ def pieces_of(variable: Variable) -> Iterator[tuple[tuple[int, ...], list[float]
                 yield chosen, [s0, s1, *(sign * value for value in (*area, *moment))]
 
 
-def _cut(terms: list[Term], s: float) -> tuple[float, float]:
+def _alpha_cut(terms: list[Term], s: float) -> tuple[float, float]:
     """Return the ends of the alpha-cut that all terms share at height s; if there is none, left is above right."""
     return (
         max(term.a + s * (term.b - term.a) for term in terms),

@@ -12,7 +12,7 @@ from swarm.errors import ConfigError
 from swarm.launch.options import Options
 from swarm.launch.supervise.fleet import Fleet, check_open_files
 from swarm.launch.supervise.table import BOX, BRIDGES, DASHBOARD, PROXY, RECORDER, ROBOT, ROUTER, WORLD
-from swarm.scenario.starts import names
+from swarm.scenario.starts import robot_names
 from swarm.secure import names as members
 from swarm.settings import MOST_ROBOTS
 
@@ -45,7 +45,7 @@ class Processes:
         self.added = 0  # robots that came later; another set-up is without them
 
     def _common(self, member: str) -> dict[str, Any]:
-        return {"endpoint": self.endpoint.seen_by(member), "fleet": self.name}
+        return {"endpoint": self.endpoint.endpoint_for_member(member), "fleet": self.name}
 
     def start(self) -> None:
         """Start all of them.
@@ -53,7 +53,7 @@ class Processes:
         Raises:
             ConfigError: this machine has no room for them.
         """
-        self._share(self.options.sessions)
+        self._set_lease(self.options.sessions)
         self._fleet.start(ROUTER, "router", {"endpoint": self.endpoint})
         if self._proxy is not None:
             way = {"endpoint": self._proxy, "router": self.endpoint, "delay": self.options.delay}
@@ -62,7 +62,7 @@ class Processes:
             self._fleet.start(BOX, "box", self._common(members.OPERATOR) | self._box)
         self._begin()
 
-    def lacks(self, robots: Iterable[str]) -> bool:
+    def has_new_robots(self, robots: Iterable[str]) -> bool:
         """Return True if robots are new and may come: the fleet stays, and has room for them."""
         return self.options.scenario.settings.serve and bool(self._fresh(robots))
 
@@ -76,11 +76,11 @@ class Processes:
         except ConfigError as fault:
             self._give_up(fresh, fault, say)
             return
-        self._share(sessions)
+        self._set_lease(sessions)
         self.added += len(fresh)
         for some in groups:
             try:
-                identity = self.endpoint.seen_by(some[0]).identity
+                identity = self.endpoint.endpoint_for_member(some[0]).identity
                 if identity is not None:
                     identity.check()
                 self._start_robots(some)
@@ -128,12 +128,12 @@ class Processes:
         if stop.is_set():
             return
         self._fleet.stop((DASHBOARD, RECORDER, *BRIDGES, ROBOT))
-        for file in (self.summary_file, self._snapshot, self.given_up):
+        for file in (self.summary_file, self._snapshot, self.given_up_file):
             file.unlink(missing_ok=True)
         self._fleet.lost.clear()
         self.options, self.first_run = options, first_run
         lease = self.endpoint.lease
-        self._share(options.sessions)
+        self._set_lease(options.sessions)
         if self.endpoint.lease > lease:
             self._fleet.stop((ROUTER,))
             self._fleet.start(ROUTER, "router", {"endpoint": self.endpoint})
@@ -145,17 +145,17 @@ class Processes:
         for role in (DASHBOARD, RECORDER):
             self._fleet.await_end(role, FAREWELL, stop)
 
-    def _share(self, sessions: int) -> None:
+    def _set_lease(self, sessions: int) -> None:
         """Set the lease of the sessions that are opened from now on, by how many there are."""
-        self._sessions, self.endpoint = sessions, self.endpoint.shared_by(sessions)
-        self._fleet.amend(lambda arguments: arguments | {"endpoint": arguments["endpoint"].shared_by(sessions)})
+        self._sessions, self.endpoint = sessions, self.endpoint.endpoint_for_sessions(sessions)
+        self._fleet.amend(lambda given: given | {"endpoint": given["endpoint"].endpoint_for_sessions(sessions)})
 
     @property
     def _snapshot(self) -> Path:
         return self.summary_file.with_name("world.snapshot")
 
     @property
-    def given_up(self) -> Path:
+    def given_up_file(self) -> Path:
         """The file with the names of robots that are not started again, for the world."""
         return self.summary_file.with_name("given_up")
 
@@ -177,7 +177,7 @@ class Processes:
                 "report_to": self.summary_file,
                 "snapshot": self._snapshot,
                 "first_run": self.first_run,
-                "given_up": self.given_up,
+                "given_up": self.given_up_file,
                 "tape": self._tape,
             },
         )
@@ -188,5 +188,5 @@ class Processes:
                 self._fleet.start(bridge, bridge.name, self._common(members.BRIDGE))
         if options.bag is not None:
             self._fleet.start(RECORDER, "recorder", self._common(members.WATCHER) | {"record": options.bag})
-        for robots in self._in_processes(names(options.robots)):
+        for robots in self._in_processes(robot_names(options.robots)):
             self._start_robots(robots)

@@ -12,7 +12,7 @@ from typing import Final, NamedTuple
 
 from swarm.bus import Endpoint
 from swarm.errors import ConfigError
-from swarm.stopping import told_to_stop
+from swarm.stop_signal import stop_flag
 
 PIECE: Final = 65_536  # bytes read at once
 UNDER_WAY: Final = 1024  # pieces in one direction of one connection; then the proxy stops reading
@@ -55,7 +55,7 @@ def serve(endpoint: Endpoint, router: Endpoint, delay: Delay) -> int:
     Raises:
         ConfigError: it cannot listen on the endpoint.
     """
-    with told_to_stop() as stop:
+    with stop_flag() as stop:
         asyncio.run(hand_on(stop.is_set, endpoint, router, delay, Random("delay 1")))
     return 0
 
@@ -69,7 +69,7 @@ async def hand_on(
         ConfigError: it cannot listen on the endpoint.
     """
 
-    async def connected(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+    async def open_proxy(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         try:
             far_reader, far_writer = await asyncio.open_connection(router.host, router.port)
         except OSError:  # the router is away: the robot tries again
@@ -82,7 +82,7 @@ async def hand_on(
             await close(far_writer, writer)
 
     try:
-        server = await asyncio.start_server(connected, endpoint.host, endpoint.port)
+        server = await asyncio.start_server(open_proxy, endpoint.host, endpoint.port)
     except OSError as fault:
         raise ConfigError(f"proxy: expected to listen on {endpoint}, got: {fault.strerror or fault}") from None
     while not stopped():

@@ -12,24 +12,24 @@ from typing import IO, Any, Final, cast
 
 from rich.console import Console
 
-from dashboard.mode import BOX, TOKEN, answers, box_address, choose, has_screen, page_address, resolved
-from dashboard.terminal import FOLLOWED, Terminal, tell
+from dashboard.mode import BOX, TOKEN, answers, box_address, choose, has_screen, page_address, resolve_auto
+from dashboard.terminal import FOLLOWED, Terminal, print_wrapped
 from swarm.bus import Bus, Endpoint, Request
 from swarm.errors import ConfigError, SwarmError
-from swarm.installed import without
+from swarm.installation import hint_for_extra
+from swarm.launch.fleet_registry import CARD, Listing, default_fleet_name, register_fleet
 from swarm.launch.options import Options, check_output, ready
 from swarm.launch.output import Output
 from swarm.launch.processes import Processes
-from swarm.launch.running import CARD, Listing, named, registered
-from swarm.launch.setup import BUSY, answered, as_set, in_words
-from swarm.launch.summary import closing_lines, summary_of, told_of_recordings, told_of_tape
+from swarm.launch.setup import BUSY, answer_setup, as_set, in_words
+from swarm.launch.summary import format_recordings, format_tape_line, summary_lines, summary_of
 from swarm.launch.supervise.fleet import Ended, Fleet
 from swarm.launch.supervise.table import RESTARTS, WITHIN, EarlyEnd
 from swarm.messages import CLOCK, SETUP, Clock
-from swarm.scenario.starts import names
+from swarm.scenario.starts import robot_names
 from swarm.secure import Identity
 from swarm.secure import names as members
-from swarm.stopping import told_to_stop
+from swarm.stop_signal import stop_flag
 from world.views.report_file import write
 
 ANSWERS: Final = 2.0  # s in which a world that lives tells its clock
@@ -41,30 +41,32 @@ def run(options: Options) -> int:
     Raises:
         ConfigError: the scenario cannot be driven, the port is in use, or a file cannot be written.
     """
-    asked, options = options.dashboard, replace(ready(options), dashboard=resolved(options.dashboard, os.environ))
+    asked, options = options.dashboard, replace(ready(options), dashboard=resolve_auto(options.dashboard, os.environ))
     for path in (options.record, options.tape, options.bag):
         if path is not None:
             check_output("--record", path)
     if options.report is not None:
         check_output("--report", options.report)
     mode = choose(options.dashboard, os.environ, record=options.record is not None)
-    lacks = without("rerun")
+    lacks = hint_for_extra("rerun")
     if mode is not None and lacks is not None:
         flag = f"--dashboard {options.dashboard}" if mode != "off-screen" else f"--record {options.record}"
         raise ConfigError(f"{flag}: {lacks}, or run without it")
     _check_bridges(options)
-    if options.bag is not None and (lacks_foxglove := without("foxglove")) is not None:
+    if options.bag is not None and (lacks_foxglove := hint_for_extra("foxglove")) is not None:
         raise ConfigError(f"--record {options.bag}: {lacks_foxglove}, or run without it")
     endpoint = Endpoint("127.0.0.1", options.port, _router_of(options)).claim()
     with (
-        told_to_stop() as stop,
-        registered(options.fleet or named(options.scenario.settings.name), endpoint, options.tape) as entry,
+        stop_flag() as stop,
+        register_fleet(
+            options.fleet or default_fleet_name(options.scenario.settings.name), endpoint, options.tape
+        ) as entry,
     ):
         name, home = entry.name, entry.home
         since = (home / CARD).stat().st_mtime_ns
         output = cast("IO[str]", Output(sys.stdout, stop))
         console = Console(file=output)
-        say = partial(tell, console)
+        say = partial(print_wrapped, console)
         say(f"fleet {name}: {in_words(options.robots)}, router {endpoint}")
         shown: dict[str, Any] = {"mode": mode, "record": options.record, "rules": options.rules}
         if mode == "web":
@@ -97,11 +99,11 @@ def run(options: Options) -> int:
         summary = summary_of(report_of_world, known, trouble, fleet.lost)
         record = options.record if mode is not None else None
         files = [
-            *told_of_recordings(record, fleet.starts["dashboard"], since),
-            *told_of_recordings(options.bag, fleet.starts["recorder"], since),
-            *told_of_tape(entry.tape),
+            *format_recordings(record, fleet.starts["dashboard"], since),
+            *format_recordings(options.bag, fleet.starts["recorder"], since),
+            *format_tape_line(entry.tape),
         ]
-        for line in closing_lines(summary, files):
+        for line in summary_lines(summary, files):
             say(line)
         if options.report is not None:
             write(summary, options.report)
@@ -118,7 +120,7 @@ def _router_of(options: Options) -> Identity | None:
             "its name only, so it needs a process of its own; leave out one of the two"
         )
     steering = [members.OPERATOR] if options.dashboard == BOX else []
-    for member in (members.ROUTER, members.WORLD, members.WATCHER, *steering, *names(options.robots)):
+    for member in (members.ROUTER, members.WORLD, members.WATCHER, *steering, *robot_names(options.robots)):
         Identity(options.secure, member).check()
     return Identity(options.secure, members.ROUTER)
 
@@ -130,7 +132,7 @@ def _check_bridges(options: Options) -> None:
         ConfigError: a library is missing, or the fleet has keys.
     """
     for bridge in options.bridges:
-        if (lacks := without(bridge)) is not None:
+        if (lacks := hint_for_extra(bridge)) is not None:
             raise ConfigError(f"--bridge {bridge}: {lacks}")
         if options.secure is not None:
             raise ConfigError(
@@ -157,13 +159,13 @@ def _watch(
         quiet=processes.options.quiet,
         held=processes.options.wait,
     )
-    say = partial(tell, console)
+    say = partial(print_wrapped, console)
     bus: Bus | None = None
     trouble = ""
     with ExitStack() as opened, terminal:
         while not stop.is_set():
             if bus is None and _listens(endpoint):  # until then nobody would watch the processes
-                bus = opened.enter_context(Bus(endpoint.seen_by(members.WATCHER), processes.name))
+                bus = opened.enter_context(Bus(endpoint.endpoint_for_member(members.WATCHER), processes.name))
                 _follow(bus, processes)
             if box is not None and answers(box["port"]):
                 page, box = box_address(box["port"], box["token"]), None
@@ -171,7 +173,7 @@ def _watch(
                 say(f"box: {page}")
             for request in _show(bus, terminal):
                 _set_up(request, processes, terminal, bus, stop, say)
-            if processes.lacks(terminal.progress.order) and (clock := _clock(bus)) is not None:
+            if processes.has_new_robots(terminal.progress.order) and (clock := _clock(bus)) is not None:
                 processes.add(clock.robots, say)  # what was heard may be anybody's, so the world is asked
             if said := entry.keep():
                 say(said)
@@ -183,7 +185,7 @@ def _watch(
                 lost = ["lost"] if ended.then is EarlyEnd.LOSE else []
                 terminal.explain(ended.robots, ["gone", "left", *lost])
                 if lost:
-                    fleet.tell_lost(processes.given_up)
+                    fleet.tell_lost(processes.given_up_file)
                 if ended.then is EarlyEnd.FINISH:
                     _show(bus, terminal)
                     return trouble
@@ -207,7 +209,7 @@ def _set_up(
     if processes.first_run > 0 and not terminal.progress.order:  # the world of the last set-up has not spoken yet
         request.refuse(BUSY)
         return
-    another = answered(request, processes.options, lambda: _clock(bus), processes.added)
+    another = answer_setup(request, processes.options, lambda: _clock(bus), processes.added)
     if another is None:
         return
     scenario = another.options.scenario.settings

@@ -7,12 +7,12 @@ from typing import Any, NamedTuple
 import msgspec
 
 from swarm.bus import Request
-from swarm.errors import ConfigError, PeerError, SwarmError, nearest
+from swarm.errors import ConfigError, PeerError, SwarmError, suggest
 from swarm.launch.options import Options, ready
 from swarm.maps.text import from_text
 from swarm.messages import DRAWING_LIMIT, Accepted, Clock, Phase, Setup
-from swarm.scenario.load import Scenario, checked, load
-from swarm.scenario.shipped import file_of, shipped
+from swarm.scenario.load import Scenario, check_values, load
+from swarm.scenario.shipped_scenarios import file_of, shipped_scenarios
 from swarm.scenario.starts import starts
 from swarm.settings import MOST_ROBOTS
 
@@ -44,7 +44,7 @@ def as_set(options: Options) -> Setup:
     )
 
 
-def answered(
+def answer_setup(
     request: Request, options: Options, ask_clock: Callable[[], Clock | None], added: int = 0
 ) -> Another | None:
     """Answer a request for another set-up; return it, or None if it was refused.
@@ -55,7 +55,7 @@ def answered(
     asked = request.message
     assert isinstance(asked, Setup)
     try:
-        other = changed(asked, options)
+        other = change_options(asked, options)
         clock = ask_clock()
         if clock is None or clock.phase not in MAY_CHANGE:
             was = "no world that answers" if clock is None else f"one that is {clock.phase.value}"
@@ -75,7 +75,7 @@ def in_words(number: int) -> str:
     return f"{number} robot{'s' * (number > 1)}"
 
 
-def changed(asked: Setup, options: Options) -> Options:
+def change_options(asked: Setup, options: Options) -> Options:
     """Return the options with what is asked for in place of what is set.
 
     Raises:
@@ -83,7 +83,7 @@ def changed(asked: Setup, options: Options) -> Options:
     """
     now = options.loaded or options.scenario
     same = asked.scenario in {None, now.settings.name}
-    base = now if same else _shipped(str(asked.scenario), now.settings.serve)
+    base = now if same else _shipped_scenario(str(asked.scenario), now.settings.serve)
     raw: dict[str, Any] = msgspec.to_builtins(base.settings)
     robots = options.robots if same else base.settings.robots
     floor = base.map
@@ -103,15 +103,15 @@ def changed(asked: Setup, options: Options) -> Options:
         raise ConfigError(f"setup: cell: expected a map with it, got {asked.cell:g} m alone; send both")
     if not 1 <= robots <= MOST_ROBOTS:
         raise ConfigError(f"setup: robots: expected 1 to {MOST_ROBOTS}, got {robots}")
-    scenario = Scenario(checked(raw, "setup"), floor, base.profile)
+    scenario = Scenario(check_values(raw, "setup"), floor, base.profile)
     return ready(replace(options, scenario=scenario, robots=robots, wait=True))
 
 
-def _shipped(name: str, serve: bool) -> Scenario:
+def _shipped_scenario(name: str, serve: bool) -> Scenario:
     """Return a scenario that comes with the project; no other file is read for a request."""
-    known = shipped()
+    known = shipped_scenarios()
     if name not in known:
         raise ConfigError(
-            f"setup: scenario: expected one that comes with the project, got {name!r}; {nearest(name, known)}"
+            f"setup: scenario: expected one that comes with the project, got {name!r}; {suggest(name, known)}"
         )
     return load(file_of(name), serve=serve)

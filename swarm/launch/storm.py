@@ -7,20 +7,20 @@ from typing import Any
 
 from msgspec.structs import replace
 
+from swarm.blackbox.explain.first_difference import differences
+from swarm.blackbox.replay.replay import Replay
 from swarm.bus import Endpoint
+from swarm.launch.fleet_registry import register_fleet
 from swarm.launch.options import Options
 from swarm.launch.processes import Processes
-from swarm.launch.running import registered
 from swarm.launch.supervise.fleet import Ended, Fleet
 from swarm.launch.supervise.table import EarlyEnd
-from world.explain.parting import differences
-from world.replay.replay import Replay
-from world.storm.history.history import History, record
-from world.storm.laws.judge import Violation, judge
-from world.storm.plans.draw import draw
-from world.storm.plans.plan import StormPlan, only_simulated
-from world.storm.results import REPLAY, Job, RunResult, compared, summed
-from world.tape.reader import TapeFile
+from swarm.storm.history.history import History, record
+from swarm.storm.laws.judge import Violation, judge
+from swarm.storm.plans.draw import draw
+from swarm.storm.plans.plan import StormPlan, only_simulated
+from swarm.storm.results import REPLAY, Job, RunResult, compare_digests, summarise_run
+from swarm.tape.reader import TapeFile
 
 
 def perform_both(job: Job, stop: Callable[[], bool]) -> RunResult:
@@ -29,17 +29,17 @@ def perform_both(job: Job, stop: Callable[[], bool]) -> RunResult:
     if why := only_simulated(plan):
         return RunResult(profile=job.profile, seed=job.seed, left_out=why)
     history = record(plan)
-    result = summed(job, plan, history, judge(history))
+    result = summarise_run(job, plan, history, judge(history))
     if history.crash:
         return result
-    report, first = over_processes(plan, history, stop)
+    report, first = run_over_processes(plan, history, stop)
     if first is not None:
         return replace(result, violations=(*result.violations, first))
     how = "the run over processes" + ("" if "digest" in report else f" ended early ({report['reason']}) and")
-    return compared(result, report.get("digest", "none"), how)
+    return compare_digests(result, report.get("digest", "none"), how)
 
 
-def over_processes(
+def run_over_processes(
     plan: StormPlan, history: History, stop: Callable[[], bool]
 ) -> tuple[dict[str, Any], Violation | None]:
     """Run a plan with a process for each robot, for as long as its ``history`` in one process at most.
@@ -50,18 +50,18 @@ def over_processes(
     options = Options(scenario=scenario, robots=plan.robots, pace="max", asked_limit=history.report["sim_time"])
     endpoint = Endpoint("127.0.0.1", 0).claim()
     said: list[str] = []
-    with registered("storm", endpoint) as entry:
+    with register_fleet("storm", endpoint) as entry:
         path = entry.home / "report.json"
         with Fleet(entry.home, said.append) as fleet:
             Processes(fleet, options, endpoint, entry.name, None, path, tape=entry.tape).start()
             ends = _until_over(fleet, stop)
         if path.exists():
             report: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-            return report, first_other(entry.tape, history)
+            return report, find_first_other_answer(entry.tape, history)
     return {"reason": "; ".join([*ends, *said]) or "stopped"}, None
 
 
-def first_other(tape: Path, history: History) -> Violation | None:
+def find_first_other_answer(tape: Path, history: History) -> Violation | None:
     """Return the first answer on a tape that is not that of a history; None: all are.
 
     Raises:

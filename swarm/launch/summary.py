@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from dashboard.terminal import ROWS
-from swarm.launch.supervise.table import numbered
+from swarm.launch.supervise.table import numbered_file
 from swarm.settings import BAG
 
 FOOTER: Final = b"RRF2FOOT"  # among the last bytes of a recording that has an index
@@ -32,7 +32,7 @@ def summary_of(path: Path, known: dict[str, Any], trouble: str, lost: list[str])
     return summary | {"lost": sorted({*summary.get("lost", []), *lost})}
 
 
-def closing_lines(summary: dict[str, Any], recordings: list[str]) -> list[str]:
+def summary_lines(summary: dict[str, Any], recordings: list[str]) -> list[str]:
     """Return the summary of a run as lines for people; ``recordings`` are the last of them."""
     lines = ["complete" if summary["complete"] else f"not complete: {summary['reason']}", f"  {_verdict(summary)}"]
     if "contacts" in summary:
@@ -51,7 +51,7 @@ def closing_lines(summary: dict[str, Any], recordings: list[str]) -> list[str]:
             f"  pool: {pool['done']} of {pool['given']} targets done, {pool['per_minute']:.1f} a minute; "
             f"{len(pool['left'])} left"
         )
-    lines += [f"  {line}" for line in _told_of_robots(summary.get("per_robot", {}))]
+    lines += [f"  {line}" for line in _format_robots(summary.get("per_robot", {}))]
     if summary.get("lost"):
         lines.append(f"  lost: {', '.join(summary['lost'])} stayed away, or crashed too often to be started again")
     return lines + [f"  {recording}" for recording in recordings]
@@ -72,29 +72,29 @@ def _verdict(summary: dict[str, Any]) -> str:
     return f"exit status 1: complete, but {avoidable}"
 
 
-def _told_of_robots(rows: dict[str, dict[str, Any]]) -> list[str]:
+def _format_robots(rows: dict[str, dict[str, Any]]) -> list[str]:
     """Return a line about each robot; of a large fleet totals, and those that lack targets or have contacts."""
     if len(rows) <= ROWS:
-        return [_told_of_robot(name, row) for name, row in rows.items()]
+        return [_format_robot(name, row) for name, row in rows.items()]
     everybody = rows.values()
     ways, waited = [row["path_length"] for row in everybody], max(row["waiting"] for row in everybody)
-    reached = sum(row["targets"] - _lacking(row) for row in everybody)
-    needy = [name for name, row in rows.items() if _lacking(row) or row["contacts"]]
+    reached = sum(row["targets"] - _count_missing_stops(row) for row in everybody)
+    needy = [name for name, row in rows.items() if _count_missing_stops(row) or row["contacts"]]
     more = f"and {len(needy) - ROWS} more that lack targets or touched something; --report FILE has all"
     return [
         f"{len(rows)} robots reached {reached} of {sum(row['targets'] for row in everybody)} targets",
         f"each drove {min(ways):.1f} m to {max(ways):.1f} m and waited at most {waited:.1f} s",
-        *(_told_of_robot(name, rows[name]) for name in needy[:ROWS]),
+        *(_format_robot(name, rows[name]) for name in needy[:ROWS]),
         *([more] if len(needy) > ROWS else []),
     ]
 
 
-def _lacking(row: dict[str, Any]) -> int:
+def _count_missing_stops(row: dict[str, Any]) -> int:
     """Return how many of its stops a robot has not reached."""
     return 0 if row["laps"] else row["reached"].count(None)
 
 
-def _told_of_robot(name: str, row: dict[str, Any]) -> str:
+def _format_robot(name: str, row: dict[str, Any]) -> str:
     lacks = ["no way" if stop in row["unreachable"] else "not reached" for stop in range(len(row["reached"]))]
     times = (lack if time is None else f"{time:.0f} s" for lack, time in zip(lacks, row["reached"], strict=True))
     laps = f"{row['laps']} laps; " if row["laps"] else ""
@@ -103,7 +103,7 @@ def _told_of_robot(name: str, row: dict[str, Any]) -> str:
     return f"{name}: {laps}{stops}drove {row['path_length']:.1f} m, waited {row['waiting']:.1f} s{touched}"
 
 
-def told_of_recordings(record: Path | None, starts: int, since: int) -> list[str]:
+def format_recordings(record: Path | None, starts: int, since: int) -> list[str]:
     """Return a line about each recording of a run, whose process was started ``starts`` times.
 
     Older files of the same names are left out: they are those that were changed before ``since`` [ns, Unix time].
@@ -117,20 +117,20 @@ def told_of_recordings(record: Path | None, starts: int, since: int) -> list[str
         without = "its dashboard was killed, its disk is full, or it is too large; the tape has the whole run"
     lines = [
         f"recorded: {path}  ({how} {path})" if whole else f"recorded without index: {path}  ({without})"
-        for path, whole in _recorded(record, starts, since)
+        for path, whole in _list_recordings(record, starts, since)
     ]
     return lines or [f"not recorded: {record} was not written"]
 
 
-def told_of_tape(tape: Path) -> list[str]:
+def format_tape_line(tape: Path) -> list[str]:
     """Return a line about the tape of a run."""
     return [f"tape: {tape}  (run it again with: swarm replay {tape})"] if tape.is_file() else []
 
 
-def _recorded(record: Path, starts: int, since: int) -> Iterator[tuple[Path, bool]]:
+def _list_recordings(record: Path, starts: int, since: int) -> Iterator[tuple[Path, bool]]:
     """Yield each recording, and whether it has an index: that is written when a file is finished."""
     for number in range(1, starts + 1):
-        first = numbered(record, number)
+        first = numbered_file(record, number)
         for path in (first, *sorted(first.parent.glob(f"{first.stem}-run*{first.suffix}"))):
             with suppress(OSError):
                 if path.stat().st_mtime_ns >= since:

@@ -38,10 +38,10 @@ def read_text(path: Path, largest: int = FILE_MAX) -> str:
     Raises:
         ConfigError: as ``read_file``, or the file is not UTF-8.
     """
-    return decoded(read_file(path, largest), str(path))
+    return decode_utf8(read_file(path, largest), str(path))
 
 
-def decoded(content: bytes, where: str) -> str:
+def decode_utf8(content: bytes, where: str) -> str:
     """Decode bytes as UTF-8, without the byte order mark.
 
     Raises:
@@ -56,12 +56,12 @@ def decoded(content: bytes, where: str) -> str:
         ) from error
 
 
-def shown(value: str, most: int = 40) -> str:
+def quote_value(value: str, most: int = 40) -> str:
     """Return a quoted value of a file, cut to ``most`` characters, for an error text."""
     return repr(value if len(value) <= most else value[:most] + "...")
 
 
-def within(base: Path, name: str, where: str) -> Path:
+def path_within(base: Path, name: str, where: str) -> Path:
     """Return the path of a file that another file names: it is in the folder ``base`` or below it, links followed.
 
     So a foreign file can make a program read only what came with it.
@@ -76,7 +76,8 @@ def within(base: Path, name: str, where: str) -> Path:
         inside = False
     if not inside:
         raise ConfigError(
-            f"{where}: expected the name of a file in the folder {base} or below it, got {shown(name)}; put it there"
+            f"{where}: expected the name of a file in the folder {base} or below it, got {quote_value(name)}; "
+            "put it there"
         )
     return path
 

@@ -5,10 +5,10 @@ from pathlib import Path
 from typing import Final, NamedTuple
 
 from swarm.errors import ConfigError
-from swarm.maps.files import read_text, shown
+from swarm.maps.files import quote_value, read_text
 from swarm.maps.limits import DRAWING_MAX, SIDE_MAX, check_cell, check_size
 from swarm.maps.occupancy import FREE, WALL, Cell, OccupancyMap
-from swarm.maps.text import drawn, wrong_character
+from swarm.maps.text import cells_of_drawing, find_wrong_character
 
 SYMBOLS: Final = {".": FREE, "G": FREE, "S": FREE, "@": WALL, "O": WALL, "T": WALL, "W": WALL}
 COLUMNS: Final = 9  # of a scenario's row
@@ -51,18 +51,18 @@ def from_movingai(text: str, cell: float = 1.0, where: str = "map") -> Occupancy
         if key not in ("type", "height", "width") or key in header:
             raise ConfigError(
                 f"{where}: line {first}: expected one of 'type octile', 'height N', 'width N', 'map', each once, "
-                f"got {shown(line)}; is this a MovingAI map?"
+                f"got {quote_value(line)}; is this a MovingAI map?"
             )
         header[key] = value.strip()
     else:
         raise ConfigError(f"{where}: expected a line 'map' before the rows, got none; is this a MovingAI map?")
     if header.get("type", "octile") != "octile":
-        raise ConfigError(f"{where}: expected 'type octile', got {shown(header['type'])}; no other is supported")
+        raise ConfigError(f"{where}: expected 'type octile', got {quote_value(header['type'])}; no other is supported")
     height, width = _side(header, "height", where), _side(header, "width", where)
     check_size(height, width, where)
     rows = lines[first : first + height]
     for number, line in enumerate(rows, start=first + 1):
-        if wrong := wrong_character(line, SYMBOLS):
+        if wrong := find_wrong_character(line, SYMBOLS):
             raise ConfigError(
                 f"{where}: line {number}, column {wrong}: expected one of {''.join(SYMBOLS)}, "
                 f"got {line[wrong - 1]!r}; replace that character"
@@ -74,9 +74,9 @@ def from_movingai(text: str, cell: float = 1.0, where: str = "map") -> Occupancy
             )
     rest = "".join(lines[first + height :]).strip()
     if len(rows) != height or rest:
-        got = f"{len(rows)}" if len(rows) < height else f"more: {shown(rest)}"
+        got = f"{len(rows)}" if len(rows) < height else f"more: {quote_value(rest)}"
         raise ConfigError(f"{where}: expected {height} rows as 'height' says, got {got}; is the file whole?")
-    return OccupancyMap(drawn(rows, SYMBOLS), float(cell))
+    return OccupancyMap(cells_of_drawing(rows, SYMBOLS), float(cell))
 
 
 def load_scen(path: Path, map: OccupancyMap) -> list[PlanningTask]:  # noqa: A002
@@ -137,7 +137,7 @@ def _side(header: dict[str, str], key: str, where: str) -> int:
 def _whole(word: str, where: str) -> int:
     word = word.strip()
     if not (word.isascii() and word.isdigit() and len(word) <= 9):
-        raise ConfigError(f"{where}: expected a whole number up to {SIDE_MAX}, got {shown(word)}; correct it")
+        raise ConfigError(f"{where}: expected a whole number up to {SIDE_MAX}, got {quote_value(word)}; correct it")
     return int(word)
 
 
@@ -147,5 +147,5 @@ def _length(word: str, where: str) -> float:
     except ValueError:
         length = -1.0
     if not (isfinite(length) and length >= 0.0):
-        raise ConfigError(f"{where}: expected a length in cells, 0 or more, got {shown(word)}; correct it")
+        raise ConfigError(f"{where}: expected a length in cells, 0 or more, got {quote_value(word)}; correct it")
     return length

@@ -70,7 +70,7 @@ class OccupancyMap:
         cell = self.cell_of(x, y)
         return int(self.cells[cell]) if self.inside(cell) else WALL
 
-    def edited(self, kind: int, a: Point, b: Point) -> "tuple[OccupancyMap, Cell, Cell]":
+    def edit_rectangle(self, kind: int, a: Point, b: Point) -> "tuple[OccupancyMap, Cell, Cell]":
         """Return a map in which all cells that a rectangle touches are ``kind``; a and b [m, map] are opposite corners.
 
         The rectangle covers at least one row and one column. Returns the new map, ``low`` and ``high``: only cells from

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from swarm.errors import ConfigError
 from swarm.geometry import Pose, wrap
-from swarm.maps.files import decoded, read_file, within, yaml_values
+from swarm.maps.files import decode_utf8, path_within, read_file, yaml_values
 from swarm.maps.images import Pixels, load_image
 from swarm.maps.limits import COORDINATE_MAX, RESOLUTION_MAX, RESOLUTION_MIN
 from swarm.maps.occupancy import FREE, UNKNOWN, WALL, OccupancyMap
@@ -44,7 +44,7 @@ def load_ros(path: Path) -> OccupancyMap:
         ConfigError: one of the two files is not valid.
     """
     description = from_yaml(read_file(path, YAML_MAX), str(path))
-    image = within(path.parent, description.image, f"{path}: image")
+    image = path_within(path.parent, description.image, f"{path}: image")
     return from_pixels(load_image(image), description)
 
 
@@ -54,7 +54,7 @@ def from_yaml(content: bytes, where: str = "map.yaml") -> Description:
     Raises:
         ConfigError: a key is missing, unknown or has a wrong value.
     """
-    raw = yaml_values(decoded(content, where), where)
+    raw = yaml_values(decode_utf8(content, where), where)
     try:
         found = msgspec.convert(raw, Description, strict=False)  # YAML 1.1 takes 1e3 for a text, map_server does not
     except msgspec.ValidationError as fault:

@@ -30,7 +30,7 @@ def from_text(text: str, cell: float, where: str = "map") -> OccupancyMap:
     width = len(lines[0])
     check_size(len(lines), width, where)
     for number, line in enumerate(lines, start=1):
-        if odd := wrong_character(line, SYMBOLS):
+        if odd := find_wrong_character(line, SYMBOLS):
             raise ConfigError(
                 f"{where}: line {number}, column {odd}: expected '#' (wall), 'o' (obstacle), '.' or ' ' (free), "
                 f"got {line[odd - 1]!r}; replace that character"
@@ -40,10 +40,10 @@ def from_text(text: str, cell: float, where: str = "map") -> OccupancyMap:
                 f"{where}: line {number}: expected {width} characters as in line 1, got {len(line)}; "
                 "make all lines equally long"
             )
-    return OccupancyMap(drawn(lines, SYMBOLS), float(cell))
+    return OccupancyMap(cells_of_drawing(lines, SYMBOLS), float(cell))
 
 
-def to_text(floor: OccupancyMap) -> str:
+def floor_as_text(floor: OccupancyMap) -> str:
     """Return a floor as text: ``#`` wall, ``o`` obstacle, ``.`` free; the first line is the top.
 
     Raises:
@@ -58,14 +58,14 @@ def to_text(floor: OccupancyMap) -> str:
     return "\n".join("".join(CHARACTERS[cell] for cell in row) for row in reversed(floor.cells.tolist())) + "\n"
 
 
-def wrong_character(line: str, symbols: Mapping[str, int]) -> int:
+def find_wrong_character(line: str, symbols: Mapping[str, int]) -> int:
     """Return the column, from 1, of the first character that is no symbol; 0 if there is none."""
     if symbols.keys() >= set(line):
         return 0
     return next(column for column, character in enumerate(line, start=1) if character not in symbols)
 
 
-def drawn(lines: Sequence[str], symbols: Mapping[str, int]) -> NDArray[np.uint8]:
+def cells_of_drawing(lines: Sequence[str], symbols: Mapping[str, int]) -> NDArray[np.uint8]:
     """Return the cells of lines of equal length, whose first one is the top; the symbols are ASCII characters."""
     values = np.zeros(128, np.uint8)
     for symbol, value in symbols.items():

@@ -10,7 +10,7 @@ from typing import Final
 from swarm.messages.enums import Activity, Do, Kind, Liveness, Phase, RobotDo, Steering
 from swarm.messages.fields import DRAWING_LIMIT, VERSION, Id, Message, Point
 from swarm.messages.floor import PackedMap, ProfileOnWire, ScenarioOnWire
-from swarm.messages.robot import Assigned, BodyReport, Broadcast, Command, Edit, Plan, Sense, State, Took
+from swarm.messages.robot import Assigned, BodyReport, Broadcast, Command, Counted, Edit, Plan, Sense, State, Took
 from swarm.messages.topic import Topic
 from swarm.messages.traffic import Record, Relayed, TrafficBroadcast
 from swarm.messages.world import (
@@ -74,6 +74,7 @@ __all__ = [
     "Broadcast",
     "Clock",
     "Command",
+    "Counted",
     "Do",
     "Edit",
     "Event",

@@ -6,7 +6,7 @@ from typing import Any, Final, NamedTuple
 
 import msgspec
 
-from swarm.errors import nearest
+from swarm.errors import suggest
 from swarm.messages.fields import ID_PATTERN
 
 ID_IN_WORDS: Final = "1 to 64 letters, digits or _ . : -"
@@ -26,14 +26,14 @@ class Mistake(NamedTuple):
         """Return the fault as a part of a sentence."""
         said = self.said.replace("`", "").replace(f"str matching regex {ID_PATTERN!r}", ID_IN_WORDS)
         if not said.startswith(("Object ", "Invalid enum")):  # those name what came, or what is missing
-            said = f"{said.replace('Expected', 'expected').split(', got')[0]}, got {shown(self.value)}"
+            said = f"{said.replace('Expected', 'expected').split(', got')[0]}, got {quote_value(self.value)}"
         return f"{self.where}{': ' * bool(self.where)}{said}"
 
 
-def explained(fault: str, raw: object) -> Mistake:
+def explain_fault(fault: str, raw: object) -> Mistake:
     """Return the fault that msgspec names in some plain values.
 
-    >>> print(explained("Expected `float` >= 0.0 - at `$.targets[1]`", {"targets": [1.0, -2.0]}))
+    >>> print(explain_fault("Expected `float` >= 0.0 - at `$.targets[1]`", {"targets": [1.0, -2.0]}))
     targets[1]: expected float >= 0.0, got -2.0
     """
     said, _, at = fault.partition(" - at ")
@@ -48,7 +48,7 @@ def explained(fault: str, raw: object) -> Mistake:
     return Mistake(where, [name for name, _ in steps if name], said, value)
 
 
-def shown(value: object) -> str:
+def quote_value(value: object) -> str:
     """Return a value as text, cut to 60 characters."""
     text = SHORT.repr(value[:60] if isinstance(value, bytes) else value)
     return text if len(text) <= 60 else text[:57] + "..."
@@ -56,11 +56,11 @@ def shown(value: object) -> str:
 
 def in_words(fault: str, raw: object, kind: type[msgspec.Struct]) -> str:
     """Return the fault that msgspec finds in a file's values, which should be those of a type, and what to do."""
-    where, names, said, value = wrong = explained(fault, raw)
-    section, unit = _described(names, kind)
+    where, names, said, value = wrong = explain_fault(fault, raw)
+    section, unit = _find_description(names, kind)
     if match := re.match(r"Object contains unknown field `(.*)`", said):
         prefix = f"{where}: " if where else ""
-        return f"{prefix}unknown field {match[1]!r}; {nearest(match[1], section.__struct_fields__)}"
+        return f"{prefix}unknown field {match[1]!r}; {suggest(match[1], section.__struct_fields__)}"
     if match := re.match(r"Object missing required field `(.*)`", said):
         return f"{where + ': ' if where else ''}field {match[1]!r} is missing; add it"
     hint = f" ({unit})" if unit else ""
@@ -69,7 +69,7 @@ def in_words(fault: str, raw: object, kind: type[msgspec.Struct]) -> str:
     return f"{wrong}{hint}"
 
 
-def _described(names: list[str], section: type[msgspec.Struct]) -> tuple[type[msgspec.Struct], str]:
+def _find_description(names: list[str], section: type[msgspec.Struct]) -> tuple[type[msgspec.Struct], str]:
     """Return the section that a path of names leads to from another one, and the last field's description."""
     text = ""
     for name in names:

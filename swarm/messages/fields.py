@@ -25,7 +25,7 @@ Point = tuple[Metres, Metres]
 Headings = list[Angle | None]  # for each of some targets; shorter: none for the rest
 
 
-def says(text: str) -> Meta:
+def doc(text: str) -> Meta:
     """Return a field's description, unit first; the documentation and the JSON Schema show it."""
     return Meta(description=text)
 

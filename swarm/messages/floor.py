@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from msgspec import UNSET, Meta, Struct, UnsetType
 
-from swarm.messages.fields import Angle, Id, Length, Metres, says
+from swarm.messages.fields import Angle, Id, Length, Metres, doc
 from swarm.settings import Settings
 
 Name = Annotated[str, Meta(pattern=r"^\w{1,40}\Z")]
@@ -18,14 +18,14 @@ class PackedMap(Struct, frozen=True, kw_only=True):
 
     rows: Annotated[int, Meta(ge=1, le=2**32, description="number of rows")]
     columns: Annotated[int, Meta(ge=1, le=2**32, description="number of columns")]
-    resolution: Annotated[Length, says("m; side of a cell")]
+    resolution: Annotated[Length, doc("m; side of a cell")]
     origin: Annotated[
         tuple[Place, Place, Place],
-        says("m, m, rad; pose of the grid in the map: its outer corner at row 0, column 0; columns run along its x"),
+        doc("m, m, rad; pose of the grid in the map: its outer corner at row 0, column 0; columns run along its x"),
     ]
     cells: Annotated[
         bytes,
-        says(
+        doc(
             "one byte a cell, compressed with zlib: rows from the bottom up, each from x = 0 on; "
             "0 free, 1 wall, 2 obstacle, 3 unknown"
         ),
@@ -35,42 +35,42 @@ class PackedMap(Struct, frozen=True, kw_only=True):
 class VariableOnWire(Struct, frozen=True, kw_only=True):
     """A variable of the fuzzy controller."""
 
-    unit: Annotated[Literal["m", "m/s", "degrees"], says("of all its numbers")]
-    universe: Annotated[tuple[Bounded, Bounded], says("least and greatest value; others are clipped to them")]
+    unit: Annotated[Literal["m", "m/s", "degrees"], doc("of all its numbers")]
+    universe: Annotated[tuple[Bounded, Bounded], doc("least and greatest value; others are clipped to them")]
     terms: Annotated[
         dict[Name, tuple[Corner, Corner, Corner, Corner]],
-        says("trapezoid a, b, c, d of each term: 0 up to a, 1 from b to c, 0 from d on; `-inf`, `inf`: a shoulder"),
+        doc("trapezoid a, b, c, d of each term: 0 up to a, 1 from b to c, 0 from d on; `-inf`, `inf`: a shoulder"),
     ]
 
 
 class WeighingOnWire(Struct, frozen=True, kw_only=True):
     """How two behaviours share the wheels; see fuzzy.md."""
 
-    behaviour: Annotated[Name, says("the behaviour of weight w")]
-    yields_to: Annotated[Name, says("the behaviour of weight 1 - w")]
-    when: Annotated[dict[Name, Name], says("term of each input; w is the least of 1 - membership in them")]
+    behaviour: Annotated[Name, doc("the behaviour of weight w")]
+    yields_to: Annotated[Name, doc("the behaviour of weight 1 - w")]
+    when: Annotated[dict[Name, Name], doc("term of each input; w is the least of 1 - membership in them")]
 
 
 class SlowingOnWire(Struct, frozen=True, kw_only=True):
     """How both wheels slow down with the nearest of the three distances."""
 
-    near: Annotated[Length, says("m; at it and below, speeds are multiplied by `least`")]
-    far: Annotated[Length, says("m; from it on, speeds are the tables'")]
+    near: Annotated[Length, doc("m; at it and below, speeds are multiplied by `least`")]
+    far: Annotated[Length, doc("m; from it on, speeds are the tables'")]
     least: Annotated[float, Meta(ge=0, le=1, description="the least factor")]
 
 
 class ProfileOnWire(Struct, frozen=True, kw_only=True):
     """A fuzzy profile: the rules that steer our robots. Other robots need not look at it."""
 
-    name: Annotated[str, says("its name")]
-    description: Annotated[str, says("for people")] = "-"
-    inputs: Annotated[dict[Name, VariableOnWire], says("`left_obs`, `front_obs`, `right_obs`, `head_ang`")]
-    outputs: Annotated[dict[Name, VariableOnWire], says("`left_v`, `right_v`")]
+    name: Annotated[str, doc("its name")]
+    description: Annotated[str, doc("for people")] = "-"
+    inputs: Annotated[dict[Name, VariableOnWire], doc("`left_obs`, `front_obs`, `right_obs`, `head_ang`")]
+    outputs: Annotated[dict[Name, VariableOnWire], doc("`left_v`, `right_v`")]
     behaviours: Annotated[
-        dict[Name, str], says("rules of each: a line with the names of the columns, then one rule a line")
+        dict[Name, str], doc("rules of each: a line with the names of the columns, then one rule a line")
     ]
-    weighing: Annotated[WeighingOnWire | Literal["none"], says("`none`: there is one behaviour")] = "none"
-    slowing: Annotated[SlowingOnWire | UnsetType, says("left out: the speeds stay as they are")] = UNSET
+    weighing: Annotated[WeighingOnWire | Literal["none"], doc("`none`: there is one behaviour")] = "none"
+    slowing: Annotated[SlowingOnWire | UnsetType, doc("left out: the speeds stay as they are")] = UNSET
 
 
 class ScenarioOnWire(Struct, frozen=True, kw_only=True):
@@ -78,10 +78,10 @@ class ScenarioOnWire(Struct, frozen=True, kw_only=True):
 
     settings: Annotated[
         Settings,
-        says("as in a scenario file, with all defaults; here an unknown field is refused"),
+        doc("as in a scenario file, with all defaults; here an unknown field is refused"),
     ]
-    profile: Annotated[ProfileOnWire, says("the fuzzy controller")]
+    profile: Annotated[ProfileOnWire, doc("the fuzzy controller")]
     starts: Annotated[
         dict[Id, tuple[Metres, Metres, Angle]] | UnsetType,
-        says("m, m, rad; start of each robot, by name; only in a Map: a Welcome has the start of the robot itself"),
+        doc("m, m, rad; start of each robot, by name; only in a Map: a Welcome has the start of the robot itself"),
     ] = UNSET

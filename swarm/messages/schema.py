@@ -21,10 +21,10 @@ def kinds() -> dict[str, type[Message]]:
 def types() -> dict[str, dict[str, Any]]:
     """Return the schema of every type of the wire by name: of messages, their parts and what is attached to them."""
     _, shapes = msgspec.json.schema_components([*kinds().values(), Sequence])
-    return described(shapes)
+    return dedent_descriptions(shapes)
 
 
-def described(shapes: dict[str, dict[str, Any]]) -> dict[str, dict[str, Any]]:
+def dedent_descriptions(shapes: dict[str, dict[str, Any]]) -> dict[str, dict[str, Any]]:
     """Return schemas whose descriptions, which are docstrings, are without the indentation of the code."""
     return {
         name: shape | {"description": cleandoc(shape["description"])} if "description" in shape else shape
@@ -35,10 +35,10 @@ def described(shapes: dict[str, dict[str, Any]]) -> dict[str, dict[str, Any]]:
 def schema_of(kind: type[Message]) -> str:
     """Return the JSON Schema of a message, with the schemas of all its parts in ``$defs``."""
     schema = {"$schema": DIALECT, "title": f"swarm/v{VERSION} {kind.__name__}"} | msgspec.json.schema(kind)
-    return _text(schema | {"$defs": described(schema["$defs"])})
+    return _text(schema | {"$defs": dedent_descriptions(schema["$defs"])})
 
 
-def index() -> str:
+def build_index() -> str:
     """Return the table of topics: for each key its message, its answer and its rates, and the file of each schema."""
     return _text({"title": f"swarm/v{VERSION}", "topics": {topic.key: _row(topic) for topic in TOPICS}})
 

@@ -5,13 +5,13 @@ from typing import Annotated, Generic, NamedTuple, TypeVar
 
 from msgspec import Meta
 
-from swarm.messages.fields import VERSION, Count, Message, says
-from swarm.messages.naming import shortened
+from swarm.messages.fields import VERSION, Count, Message, doc
+from swarm.messages.short_ids import shorten_ids
 
 M = TypeVar("M", bound=Message)
 
 
-def below(fleet: str) -> str:
+def key_prefix_of(fleet: str) -> str:
     """Return the beginning of every key of a fleet."""
     return f"swarm/v{VERSION}/{fleet}/"
 
@@ -32,7 +32,7 @@ class Sequence(NamedTuple):
             description="random; drawn when the sender starts; if it changes, the count starts at 0 again",
         ),
     ]
-    number: Annotated[Count, says("of this message: each sender counts its messages on each key, from 0")]
+    number: Annotated[Count, doc("of this message: each sender counts its messages on each key, from 0")]
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +57,7 @@ class Topic(Generic[M]):
         """The process that answers requests on it."""
         return "launcher" if self.key.startswith("fleet/") else "world"
 
-    def refused(self, reason: str, **ids: str) -> str:
+    def format_refusal(self, reason: str, **ids: str) -> str:
         """Return the sentence about a request that was refused, or not answered, as whoever asked understands it.
 
         It names no key, and nothing twice.
@@ -66,5 +66,5 @@ class Topic(Generic[M]):
         for known in (*named, self.message.__name__.lower()):
             reason = reason.removeprefix(f"{known}: ")
         if not named and reason.startswith((f"{what} ", f"{what}: ")):
-            return shortened(reason)
-        return shortened(f"{what}{''.join(f' of {one}' for one in named)}: {reason}")
+            return shorten_ids(reason)
+        return shorten_ids(f"{what}{''.join(f' of {one}' for one in named)}: {reason}")

@@ -39,7 +39,7 @@ class DifferentialDrive:
         return twist.linear - half, twist.linear + half
 
 
-def ramped(
+def ramp_wheels(
     wheels: tuple[float, float], wanted: tuple[float, float], fastest: float, most: float
 ) -> tuple[float, float]:
     """Return rim speeds [m/s] one control step later: ``ramp`` towards the wanted ones, of which none is faster."""
@@ -74,7 +74,7 @@ def advance(
 
 
 @njit("f8(f8[:, ::1], f8, f8)", cache=True)
-def gap(boxes: Boxes, x: float, y: float) -> float:
+def gap_to_boxes(boxes: Boxes, x: float, y: float) -> float:
     """Return the distance [m] from a point to the nearest box."""
     least = np.inf
     for k in range(boxes.shape[0]):
@@ -91,7 +91,7 @@ def line_room(boxes: Boxes, x0: float, y0: float, x1: float, y1: float) -> float
     count = int(hypot(x1 - x0, y1 - y0) / STRIDE) + 1
     least = np.inf
     for k in range(1, count + 1):
-        least = min(least, gap(boxes, x0 + (x1 - x0) * k / count, y0 + (y1 - y0) * k / count))
+        least = min(least, gap_to_boxes(boxes, x0 + (x1 - x0) * k / count, y0 + (y1 - y0) * k / count))
     return least
 
 
@@ -101,7 +101,7 @@ def line_is_clear(boxes: Boxes, x0: float, y0: float, x1: float, y1: float, leas
 
     The required clearance is ``enough`` [m], or the clearance at the start if that is less, but at least ``least`` [m].
     """
-    return line_room(boxes, x0, y0, x1, y1) >= min(enough, max(least, gap(boxes, x0, y0)))
+    return line_room(boxes, x0, y0, x1, y1) >= min(enough, max(least, gap_to_boxes(boxes, x0, y0)))
 
 
 @njit("f8(f8[:, ::1], f8, f8, f8, f8, f8, f8, f8, f8, f8, f8, i8)", cache=True)
@@ -120,14 +120,14 @@ def path_room(
     ticks: int,
 ) -> float:
     """Return the least distance [m] to a box while the wheels get ``left`` and ``right`` for ``ticks``, then stop."""
-    least = gap(boxes, x, y)
+    least = gap_to_boxes(boxes, x, y)
     step = 0
     while step < ticks or left_now != 0.0 or right_now != 0.0:
         want_left, want_right = (left, right) if step < ticks else (0.0, 0.0)
         x, y, yaw, left_now, right_now = advance(
             x, y, yaw, left_now, right_now, want_left, want_right, track_width, most, dt
         )
-        least = min(least, gap(boxes, x, y))
+        least = min(least, gap_to_boxes(boxes, x, y))
         step += 1
     return least
 
@@ -224,7 +224,7 @@ def clearance_along(
 
 
 @njit("f8(f8, f8, f8)", cache=True)
-def needed(need: float, here: float, body_radius: float) -> float:
+def needed_clearance(need: float, here: float, body_radius: float) -> float:
     """Return the clearance [m] to keep where ``need`` is wanted and ``here`` is left; see ``first_clear``."""
     return min(need, max(here - GRAZE, min(here, body_radius + TIGHT)))
 
@@ -275,8 +275,8 @@ def first_clear(
         field, side, origin_x, origin_y, origin_yaw, bodies, body_radius, x, y, yaw,
         0.0, 0.0, 0.0, 0.0, track_width, most, dt, 1,
     )  # fmt: skip
-    to_boxes = needed(need, gap(boxes, box_x, box_y), body_radius)
-    to_walls, to_others = needed(need, walls, body_radius), needed(need, others, body_radius)
+    to_boxes = needed_clearance(need, gap_to_boxes(boxes, box_x, box_y), body_radius)
+    to_walls, to_others = needed_clearance(need, walls, body_radius), needed_clearance(need, others, body_radius)
     for number in range(remedies.shape[0]):
         share, turn = remedies[number]
         forward, rate = share * linear, turn * angular

@@ -44,7 +44,7 @@ def _octile(down: int, across: int, straight: int, diagonal: int) -> int:
     return straight * (max(down, across) - min(down, across)) + diagonal * min(down, across)
 
 
-def _compiled(weighted: bool) -> Search:
+def _compile_search(weighted: bool) -> Search:
     """Return the compiled search, for cells of equal cost or for weighted cells."""
     table = ONWARD if weighted else NATURAL
     shift = COARSE_SHIFT if weighted else SHIFT
@@ -159,8 +159,8 @@ def _compiled(weighted: bool) -> Search:
     return search
 
 
-search = _compiled(weighted=False)
-search_costs = _compiled(weighted=True)
+search = _compile_search(weighted=False)
+search_costs = _compile_search(weighted=True)
 
 
 @njit(int64(int64, int64, int64, int64[::1], int64[::1]), cache=True, error_model="numpy")
@@ -206,16 +206,16 @@ class Lattice:
 
         There is no path if the start or the goal is not free or is outside the grid.
         """
-        return self._searched(search, NO_COSTS, 1, start, goal)
+        return self._run_search(search, NO_COSTS, 1, start, goal)
 
     def cheapest(self, costs: NDArray[np.int16], unit: int, start: Cell, goal: Cell) -> tuple[float, list[Cell]] | None:
         """Return the cheapest path under ``costs`` (rows, columns), each from ``unit`` to 7 * ``unit``; None if none.
 
         The result is as in ``shortest``: the length is geometric, in cells, and does not include the costs.
         """
-        return self._searched(search_costs, costs.reshape(-1), unit, start, goal)
+        return self._run_search(search_costs, costs.reshape(-1), unit, start, goal)
 
-    def _searched(
+    def _run_search(
         self, kernel: Search, costs: NDArray[np.int16], unit: int, start: Cell, goal: Cell
     ) -> tuple[float, list[Cell]] | None:
         if not (self._stands(start) and self._stands(goal)):
@@ -224,7 +224,7 @@ class Lattice:
         first, last = start[0] * columns + start[1], goal[0] * columns + goal[1]
         stamp = self._next_stamp()
         args = (self._state, stamp, self._entries, self._counts)
-        return self._traced(kernel(self._flat, costs, unit, rows, columns, first, last, *args), first, last)
+        return self._trace_path(kernel(self._flat, costs, unit, rows, columns, first, last, *args), first, last)
 
     def _stands(self, cell: Cell) -> bool:
         return 0 <= cell[0] < self.shape[0] and 0 <= cell[1] < self.shape[1] and bool(self.free[cell])
@@ -236,7 +236,7 @@ class Lattice:
             self._stamp = 1
         return self._stamp
 
-    def _traced(self, cost: int, first: int, last: int) -> tuple[float, list[Cell]] | None:
+    def _trace_path(self, cost: int, first: int, last: int) -> tuple[float, list[Cell]] | None:
         self.expanded = int(self._counts[0])
         if self._counts[1] > len(self._entries):
             self._entries = np.empty((int(self._counts[1]), 2), np.int64)

@@ -3,7 +3,8 @@
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from math import ceil, cos, floor, hypot, isfinite, sin
+from math import ceil, cos, floor, hypot, inf, isfinite, sin
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,8 @@ from swarm.planning.astar import Lattice
 from swarm.planning.distance import clearance_of
 from swarm.planning.steps import number_pieces
 from swarm.planning.sweep import find_moves
+
+Coordinate = TypeVar("Coordinate", float, NDArray[np.float64])
 
 UNIT = 64  # cost of a cell far from everything solid, see ``Grid.cost``
 NEAR, FAR = 3.0, 0.3  # extra cost, as a share, of a cell in contact: within the margin, and up to a diameter beyond
@@ -97,8 +100,8 @@ class Grid:
         """Return the centre of a cell [m, map frame]."""
         return self.from_cells(cell[1] + 0.5, cell[0] + 0.5)
 
-    def to_cells(self, x: float, y: float) -> Point:
-        """Transform a point [m, map frame] into (column, row) of the grid, in fractions of cells."""
+    def to_cells(self, x: Coordinate, y: Coordinate) -> tuple[Coordinate, Coordinate]:
+        """Transform a point, or many, [m, map frame] into (column, row) of the grid, in fractions of cells."""
         x0, y0, c, s, side = self._frame
         dx, dy = x - x0, y - y0
         return (c * dx + s * dy) / side, (c * dy - s * dx) / side
@@ -136,6 +139,21 @@ class Grid:
         for disc_x, disc_y, wide in self.discs.tolist():
             least = min(least, max(0.0, hypot(disc_x - column, disc_y - row) - wide + self.radius / self.resolution))
         return least * self.resolution
+
+    def least_room(self, points: NDArray[np.float64]) -> float:
+        """Return the distance [m] to the nearest solid from the point (n, 2) [m, map] with the least clearance.
+
+        The distance is exact, the choice of the point is not: another one may be nearer by part of a cell. With no
+        point it is infinite.
+        """
+        if not len(points):
+            return inf
+        columns, rows = (np.floor(along).astype(np.int64) for along in self.to_cells(points[:, 0], points[:, 1]))
+        inside = (rows >= 0) & (rows < self.shape[0]) & (columns >= 0) & (columns < self.shape[1])
+        if not inside.all():
+            return 0.0
+        x, y = points[int(np.argmin(self.clearance[rows, columns]))].tolist()
+        return self.room_at(x, y)
 
     def lattice(self) -> Lattice:
         """Return a new lattice to search on. Its working memory is larger than the grid: do not keep it."""
@@ -191,7 +209,7 @@ class Grid:
             grid._find_moves(low, high)
         return grid
 
-    def changed(self, map: OccupancyMap, low: Cell, high: Cell) -> "Grid":  # noqa: A002
+    def update_cells(self, map: OccupancyMap, low: Cell, high: Cell) -> "Grid":  # noqa: A002
         """Return the grid of an edited map: cells of the *map* from ``low`` up to, but not including, ``high`` differ.
 
         The result equals ``grown`` of the new map, but only the edit's surroundings are computed again.

@@ -11,7 +11,7 @@ import numpy as np
 from swarm.geometry import distance
 from swarm.maps.occupancy import Cell, Point
 from swarm.planning.grid import UNIT, Grid
-from swarm.planning.sweep import pull, sweep
+from swarm.planning.sweep import pull_polyline, sweep
 
 RUN = 6  # cells: longest piece into which a straight run of the grid's path is cut before string pulling
 AHEAD = 48  # pieces that one shortcut may skip
@@ -103,7 +103,7 @@ def plan(grid: Grid, start_xy: Point, goal_xy: Point) -> Path | None:
     found = grid.lattice().cheapest(grid.cost, UNIT, start, goal)
     if found is None:
         return None
-    return Path(_pulled(grid, start_xy, found[1], goal_xy))
+    return Path(_pull_taut(grid, start_xy, found[1], goal_xy))
 
 
 def is_reachable(grid: Grid, start_xy: Point, goal_xy: Point) -> bool:
@@ -135,7 +135,7 @@ def _joins(grid: Grid, cell: Cell, point: Point, leaving: bool) -> bool:
     return line_is_free(grid, point, centre) if leaving else line_is_free(grid, centre, point)
 
 
-def _pulled(grid: Grid, start_xy: Point, way: list[Cell], goal_xy: Point) -> tuple[Point, ...]:
+def _pull_taut(grid: Grid, start_xy: Point, way: list[Cell], goal_xy: Point) -> tuple[Point, ...]:
     cells = np.array(way, np.int64)
     steps = np.diff(cells, axis=0)
     kept = [0]
@@ -150,7 +150,7 @@ def _pulled(grid: Grid, start_xy: Point, way: list[Cell], goal_xy: Point) -> tup
     rooms = np.array([room[0], *least, room[-1], room[-1]]) - CLASS
     radius, margin = grid.radius / grid.resolution, grid.margin / grid.resolution
     place = (grid.solid, grid.clearance, grid.resolution, grid.discs)
-    chosen = pull(*place, points, rooms, radius, radius + margin, AHEAD).tolist()
+    chosen = pull_polyline(*place, points, rooms, radius, radius + margin, AHEAD).tolist()
     inner = [grid.from_cells(*points[i].tolist()) for i in chosen[1:-1]]
     return (start_xy, *_turning(start_xy, inner, goal_xy), goal_xy)
 

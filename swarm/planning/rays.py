@@ -48,7 +48,7 @@ def first_solid(
 
 
 @njit("void(i1[:, ::1], f8, f8, f8, f8, f8, f8, b1, i8, i8, i8, i8)", cache=True)
-def note(
+def note_ray(
     odds: NDArray[np.int8],
     x: float,
     y: float,
@@ -96,7 +96,7 @@ def note(
 
 
 @njit("f8[::1](u1[:, ::1], f8, f8, f8, f8[::1], f8)", cache=True)
-def _each(
+def _cast_each(
     solid: NDArray[np.uint8], x: float, y: float, yaw: float, angles: NDArray[np.float64], reach: float
 ) -> NDArray[np.float64]:
     found = np.empty(angles.size)
@@ -112,15 +112,33 @@ def _as_array(angles: tuple[float, ...]) -> NDArray[np.float64]:
     return np.array(angles, np.float64)
 
 
-def each_on_map(grid: Grid, pose: Pose, angles: Sequence[float], reach: float) -> NDArray[np.float64]:
+def distances_on_map(grid: Grid, pose: Pose, angles: Sequence[float], reach: float) -> NDArray[np.float64]:
     """Return the distances [m], 0..reach, from the centre to the map's first solid cells at body ``angles`` [rad]."""
     x, y = grid.to_cells(pose.x, pose.y)
     yaw = pose.yaw - grid.origin.yaw
-    found: NDArray[np.float64] = _each(grid.solid, x, y, yaw, _as_array(tuple(angles)), reach / grid.resolution)
+    found: NDArray[np.float64] = _cast_each(grid.solid, x, y, yaw, _as_array(tuple(angles)), reach / grid.resolution)
     return found * grid.resolution
 
 
 def free_on_map(grid: Grid, pose: Pose, radius: float, reach: float, angles: Sequence[float]) -> list[float]:
-    """Return the distances [m], 0..reach, as ``each_on_map`` does, but from the edge of a robot of this radius [m]."""
-    found: list[float] = (each_on_map(grid, pose, angles, radius + reach) - radius).tolist()
+    """Return the distances [m], 0..reach, of ``distances_on_map`` from the edge of a robot of this radius [m]."""
+    found: list[float] = (distances_on_map(grid, pose, angles, radius + reach) - radius).tolist()
+    return found
+
+
+def least_free_on_map(
+    grid: Grid, pose: Pose, error: float, yaw_error: float, radius: float, reach: float, angles: Sequence[float]
+) -> list[float]:
+    """Return the least distances [m] that ``free_on_map`` gives for any of the poses that the robot may have.
+
+    These are the pose, and those that are off by ``error`` [m] along the map's axes, each turned by up to
+    ``yaw_error`` [rad] to a side.
+    """
+    places = ((0.0, 0.0), (error, 0.0), (-error, 0.0), (0.0, error), (0.0, -error))
+    tried = [
+        distances_on_map(grid, Pose(pose.x + dx, pose.y + dy, pose.yaw + turn), angles, radius + reach)
+        for dx, dy in places
+        for turn in (-yaw_error, 0.0, yaw_error)
+    ]
+    found: list[float] = (np.min(tried, axis=0) - radius).tolist()
     return found

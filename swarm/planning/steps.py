@@ -34,7 +34,7 @@ def _natural() -> Bits:
     return table.reshape(-1)
 
 
-def _onward() -> Bits:
+def _moves_onward() -> Bits:
     """Return the table of moves worth trying if cells have different costs: all legal ones except straight back."""
     table = np.tile(np.arange(256, dtype=np.uint8), (9, 1))
     for entered in range(8):
@@ -52,7 +52,7 @@ def _lowest() -> NDArray[np.int64]:
 
 NATURAL = _natural()
 LOWEST = _lowest()
-ONWARD = _onward()
+ONWARD = _moves_onward()
 
 
 @njit(void(uint8[:, ::1], uint8[:, ::1]), cache=True, error_model="numpy")

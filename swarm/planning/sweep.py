@@ -194,7 +194,7 @@ def find_moves(
     cache=True,
     error_model="numpy",
 )
-def pull(
+def pull_polyline(
     solid: Solid,
     clearance: Metres,
     resolution: float,

@@ -4,21 +4,25 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from msgspec.structs import replace
+
 from swarm.fuzzy import Controller
 from swarm.geometry import Pose
 from swarm.maps.occupancy import Point
 from swarm.messages import RADIO, STATE, Activity, Assigned, Broadcast, Command, Plan, Sense, State
+from swarm.messages.robot import Believed
 from swarm.planning.grid import Grid
 from swarm.robot.driving.cell_pilot import CellPilot
 from swarm.robot.driving.pilot import Pilot, PilotInputs, PilotOutputs
 from swarm.robot.ground import Ground
-from swarm.robot.mission import Mission, Stage, is_at
+from swarm.robot.mission import Mission, MissionStage
 from swarm.robot.navigator import Navigator
+from swarm.robot.pose_estimate import Estimate, PoseEstimator
 from swarm.robot.tuning import REPLAN
 from swarm.scenario.load import Scenario
-from swarm.traffic.lattice.placement import cells_of, learned_cells, traffic_settings
+from swarm.traffic.lattice.placement import cells_of, cells_of_learned_floor, traffic_settings
 from swarm.traffic.outputs import StepResult
-from swarm.traffic.progress_checker import ProgressChecker, farther_than
+from swarm.traffic.progress_checker import ProgressChecker, make_movement_test
 from swarm.traffic.step import Traffic
 
 
@@ -69,9 +73,10 @@ class Robot:
         self._navigator = Navigator(self._ground.grid, settings.robot.radius, settings.reach)
         self._pilot = self._new_pilot()
         self._others: dict[str, Broadcast] = {}
+        self._estimator = self._new_estimator(self._start)
         self._activity = Activity.READY
         self._planned_at = float("-inf")
-        self._progress = ProgressChecker(farther_than(settings.robot.radius))
+        self._progress = ProgressChecker(make_movement_test(settings.robot.radius))
         self._progress.restart(self._start[:2], 0.0)
         self._forgot_for = -1  # the stop for which it last cleared its map
         self._finished = 0  # stops of earlier assignments that it had finished
@@ -84,18 +89,23 @@ class Robot:
 
     def _new_pilot(self) -> Pilot:
         settings, floor = self._settings, self._ground.map
-        cells = cells_of(floor, settings) if settings.map.known else learned_cells(floor, settings)
+        cells = cells_of(floor, settings) if settings.map.known else cells_of_learned_floor(floor, settings)
         traffic = Traffic(self.name, cells, traffic_settings(settings), slot=self._number)
         return CellPilot(traffic, cells, self._number, settings, self._controller)
 
+    def _new_estimator(self, start: Pose | None) -> PoseEstimator:
+        robot = self._settings.robot
+        return PoseEstimator(1.0 / self._settings.rate, robot.wheel_acceleration, robot.track_width, start)
+
     @property
-    def decided(self) -> StepResult | None:
+    def last_decision(self) -> StepResult | None:
         """The decisions of its last step of coordination; None: it has made none."""
-        return self._pilot.decided
+        return self._pilot.last_decision
 
     def resume(self, state: State, assigned: Assigned | None = None) -> None:
         """Continue the mission where an earlier process of this robot left it; ``assigned`` are its stops now."""
         self._begin(state.run)
+        self._estimator = self._new_estimator(None)
         if assigned is not None:
             self.mission.begin()
             self.mission.assign(assigned)
@@ -120,9 +130,9 @@ class Robot:
     def _own_stops(self) -> Sequence[Point]:
         return self._scenario.stops(self._number, self._start[:2])
 
-    def missed(self, sense: Sense) -> bool:
+    def has_missed_edits(self, sense: Sense) -> bool:
         """Return True if the robot has missed edits of the map for good: then it needs the whole map again."""
-        return self._ground.missed(sense.edits_before)
+        return self._ground.has_missed_edits(sense.edits_before)
 
     def take_map(self, scenario: Scenario, edits: int) -> None:
         """Replace the map; ``edits`` is the number of edits that the new one includes."""
@@ -134,21 +144,24 @@ class Robot:
 
     def step(self, inputs: Inputs) -> Outputs:
         """Return what the robot does at one tick."""
-        sense = inputs.sense
-        if sense.run != self.run:
-            self._begin(sense.run)
-        if self.mission.stage is Stage.READY:
+        told = inputs.sense
+        if told.run != self.run:
+            self._begin(told.run)
+        estimate = self._estimator.update(told)
+        exact = estimate.pose == (told.x, told.y, told.yaw)
+        sense = told if exact else replace(told, x=estimate.pose.x, y=estimate.pose.y, yaw=estimate.pose.yaw)
+        if self.mission.stage is MissionStage.READY:
             self.mission.begin()
         self._take_over(sense.assigned)
         self._hear(inputs)
-        pose = Pose(sense.x, sense.y, sense.yaw)
-        self._tick_off_stops(pose)
-        self._learn(inputs)
+        self._tick_off_stops(sense, estimate.pose)
+        self._learn(sense, inputs.heard)
         self._take_up_stops((sense.x, sense.y), sense.time)
-        self._find_path(sense, pose)
-        move = self._drive(sense, pose, inputs.heard)
+        self._find_path(sense, estimate.pose)
+        move = self._drive(sense, estimate, inputs.heard)
         self._activity = move.activity
-        return self._outputs(sense, move)
+        believed = None if exact else (*estimate.pose, estimate.error)
+        return self._outputs(sense, move, believed)
 
     # --- what it knows about others and about the floor ---
 
@@ -159,8 +172,8 @@ class Robot:
                 if known is None or broadcast.tick > known.tick:
                     self._others[broadcast.robot] = broadcast
 
-    def _learn(self, inputs: Inputs) -> None:
-        ground, sense = self._ground, inputs.sense
+    def _learn(self, sense: Sense, heard: Sequence[Broadcast]) -> None:
+        ground = self._ground
         changed = ground.take_edits(sense.edits_before, sense.edits)
         if changed:
             self._navigator.clear()  # a removed wall may open a shorter way
@@ -169,7 +182,7 @@ class Robot:
         if not self._settings.map.known:
             changed |= ground.learn(sense, self._pilot.robot_at(sense.tick))
         if self._settings.map.shared:
-            for broadcast in inputs.heard:
+            for broadcast in heard:
                 changed |= ground.hear(broadcast.walls, sense.time)
         if changed:
             self._navigator.take_ground(ground.grid)
@@ -214,9 +227,10 @@ class Robot:
                 mission.take_up(stop)
                 self._navigator.clear()
 
-    def _tick_off_stops(self, pose: Pose) -> None:
+    def _tick_off_stops(self, sense: Sense, pose: Pose) -> None:
+        """Finish the stops that the robot is at by its pose if that is exact, else those that the world has counted."""
         mission, laps = self.mission, self.mission.laps
-        while (goal := mission.goal) is not None and is_at(pose, goal, mission.heading, self._settings.reach):
+        while mission.has_done_stop(pose, self._settings.reach, sense.counted):
             if mission.laps > laps:
                 break  # one lap a tick: stops that are left may be so near each other that both are reached at once
             mission.finish_stop(reached=True)
@@ -251,14 +265,15 @@ class Robot:
 
     # --- how it drives ---
 
-    def _drive(self, sense: Sense, pose: Pose, heard: Sequence[Broadcast]) -> PilotOutputs:
-        mission = self.mission
+    def _drive(self, sense: Sense, estimate: Estimate, heard: Sequence[Broadcast]) -> PilotOutputs:
+        mission, pose = self.mission, estimate.pose
         goal = mission.goal
         inputs = PilotInputs(
             sense=sense,
             pose=pose,
+            estimate=estimate,
             goal=goal or (mission.stops[-1] if mission.stops else pose[:2]),
-            then=mission.then,
+            then=mission.stop_after_next,
             heading=mission.heading,
             done=goal is None,
             anywhere=goal is None and (mission.number > 0 or self._settings.serve),
@@ -270,7 +285,7 @@ class Robot:
 
     # --- what it says ---
 
-    def _outputs(self, sense: Sense, move: PilotOutputs) -> Outputs:
+    def _outputs(self, sense: Sense, move: PilotOutputs, believed: Believed | None) -> Outputs:
         mission, navigator = self.mission, self._navigator
         replans = max(0, navigator.plans - self._finished - mission.target - 1)
         sends = move.traffic is not None
@@ -280,6 +295,7 @@ class Robot:
             unreachable=list(mission.unreachable), sent=sends, replans=replans,
             held=list(move.held), unconstrained=move.unconstrained, waits=list(move.waits),
             members=list(move.members), notes=list(move.notes), assignment=mission.number,
+            believed=believed,
         )  # fmt: skip
         broadcast = state = plan = None
         if sends:

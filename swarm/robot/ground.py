@@ -12,7 +12,7 @@ from swarm.geometry import Pose, from_frame
 from swarm.maps.occupancy import FREE, OBSTACLE, UNKNOWN, WALL, Cell, OccupancyMap, Point
 from swarm.messages import Edit, Kind, Sense
 from swarm.planning.grid import Grid
-from swarm.planning.rays import note
+from swarm.planning.rays import note_ray
 from swarm.robot.sectors import sectors
 from swarm.scenario.load import Scenario
 from swarm.scenario.prepare import RESOLUTION, planning_grid
@@ -61,12 +61,12 @@ class Ground:
             return False
         fresh = edits[self.edits - before :]
         for edit in fresh:
-            self.map, low, high = self.map.edited(KINDS[edit.kind], edit.low, edit.high)
-            self.grid = self.grid.changed(self.map, low, high)
+            self.map, low, high = self.map.edit_rectangle(KINDS[edit.kind], edit.low, edit.high)
+            self.grid = self.grid.update_cells(self.map, low, high)
         self.edits = max(self.edits, before + len(edits))
         return bool(fresh)
 
-    def missed(self, before: int) -> bool:
+    def has_missed_edits(self, before: int) -> bool:
         """Return True if the robot has missed edits; ``before`` is as in ``take_edits``."""
         return self._known and before > self.edits
 
@@ -87,7 +87,7 @@ class Ground:
                 from_frame(Pose(pose.x, pose.y, pose.yaw + angle), reach + 0.5 * self._radius, 0.0)
             )
             length = (reach + deeper if hit else reach) / side
-            note(self._odds, x, y, yaw + angle, length, nearer, farther, hit, GAIN, LOSS, MOST, SOLID)
+            note_ray(self._odds, x, y, yaw + angle, length, nearer, farther, hit, GAIN, LOSS, MOST, SOLID)
         return self._settle(int(y), int(x), ceil((self._range + self._radius) / side) + 2)
 
     def hear(self, cells: Iterable[int], time: float) -> bool:
@@ -129,7 +129,7 @@ class Ground:
         self._news = [((0, 0), self.map.shape)]
         np.minimum(self._odds, 0, out=self._odds)
         self.map = replace(self.map, cells=np.full(self.map.shape, UNKNOWN, np.uint8))
-        self.grid = self.grid.changed(self.map, (0, 0), self.map.shape)
+        self.grid = self.grid.update_cells(self.map, (0, 0), self.map.shape)
 
     def _settle(self, row: int, column: int, reach: int) -> bool:
         """Update the map from the counts around a cell; return True if a cell became solid or stopped being solid."""
@@ -146,7 +146,7 @@ class Ground:
         first, last = changed.min(axis=0), changed.max(axis=0) + 1
         from_ = (low[0] + int(first[0]), low[1] + int(first[1]))
         beyond = (low[0] + int(last[0]), low[1] + int(last[1]))
-        self.grid = self.grid.changed(self.map, from_, beyond)
+        self.grid = self.grid.update_cells(self.map, from_, beyond)
         self._news.append((from_, beyond))
         columns = self.map.shape[1]
         self._to_tell += [(low[0] + r) * columns + low[1] + c for r, c in changed.tolist() if solid[r, c]]

@@ -9,14 +9,14 @@ from typing import Final
 
 from swarm.geometry import Pose, distance, wrap
 from swarm.maps.occupancy import Point
-from swarm.messages import Assigned
+from swarm.messages import Assigned, Counted
 from swarm.settings import Settings
 
 TURNED: Final = 0.1  # rad; a robot is turned to a heading within this; Nav2's goal checker wants 0.25
 LEAST: Final = 2  # stops of a patrol that were not given up; with fewer it ends
 
 
-class Stage(StrEnum):
+class MissionStage(StrEnum):
     """Where in its mission a robot is."""
 
     READY = "ready"  # waits for the action go
@@ -40,18 +40,18 @@ class Occasion(StrEnum):
 
 
 # fmt: off
-TRANSITIONS: Final[dict[Stage, dict[Occasion, Stage]]] = {
-    Stage.READY:     {Occasion.GO: Stage.OUTBOUND, Occasion.RESTART: Stage.READY},
-    Stage.OUTBOUND:  {Occasion.TARGET_LEFT: Stage.OUTBOUND, Occasion.TARGETS_DONE: Stage.RETURNING,
-                      Occasion.ALL_DONE: Stage.DONE, Occasion.RESTART: Stage.READY, Occasion.TAKEN_UP: Stage.OUTBOUND,
-                      Occasion.ASSIGNED: Stage.OUTBOUND, Occasion.SENT_HOME: Stage.RETURNING,
-                      Occasion.NO_STOPS: Stage.DONE},
-    Stage.RETURNING: {Occasion.ALL_DONE: Stage.DONE, Occasion.RESTART: Stage.READY, Occasion.TAKEN_UP: Stage.OUTBOUND,
-                      Occasion.ASSIGNED: Stage.OUTBOUND, Occasion.SENT_HOME: Stage.RETURNING,
-                      Occasion.NO_STOPS: Stage.DONE},
-    Stage.DONE:      {Occasion.RESTART: Stage.READY, Occasion.TAKEN_UP: Stage.OUTBOUND,
-                      Occasion.ASSIGNED: Stage.OUTBOUND, Occasion.SENT_HOME: Stage.RETURNING,
-                      Occasion.NO_STOPS: Stage.DONE},
+TRANSITIONS: Final[dict[MissionStage, dict[Occasion, MissionStage]]] = {
+    MissionStage.READY:     {Occasion.GO: MissionStage.OUTBOUND, Occasion.RESTART: MissionStage.READY},
+    MissionStage.OUTBOUND:  {Occasion.TARGET_LEFT: MissionStage.OUTBOUND, Occasion.TARGETS_DONE: MissionStage.RETURNING,
+                             Occasion.ALL_DONE: MissionStage.DONE, Occasion.RESTART: MissionStage.READY,
+                             Occasion.TAKEN_UP: MissionStage.OUTBOUND, Occasion.ASSIGNED: MissionStage.OUTBOUND,
+                             Occasion.SENT_HOME: MissionStage.RETURNING, Occasion.NO_STOPS: MissionStage.DONE},
+    MissionStage.RETURNING: {Occasion.ALL_DONE: MissionStage.DONE, Occasion.RESTART: MissionStage.READY,
+                             Occasion.TAKEN_UP: MissionStage.OUTBOUND, Occasion.ASSIGNED: MissionStage.OUTBOUND,
+                             Occasion.SENT_HOME: MissionStage.RETURNING, Occasion.NO_STOPS: MissionStage.DONE},
+    MissionStage.DONE:      {Occasion.RESTART: MissionStage.READY, Occasion.TAKEN_UP: MissionStage.OUTBOUND,
+                             Occasion.ASSIGNED: MissionStage.OUTBOUND, Occasion.SENT_HOME: MissionStage.RETURNING,
+                             Occasion.NO_STOPS: MissionStage.DONE},
 }
 # fmt: on
 
@@ -81,7 +81,7 @@ class Mission:
         self._headings: Sequence[float | None] = ()
         self._returns = returns
         self._patrols = patrols
-        self.stage = Stage.READY
+        self.stage = MissionStage.READY
         self.reached = [False] * len(self.stops)
         self.unreachable: list[int] = []
         self.target = 0  # index of the stop under way; the number of stops when none is left
@@ -91,7 +91,7 @@ class Mission:
     @property
     def goal(self) -> Point | None:
         """The stop that the robot drives to [m], or None."""
-        under_way = self.stage is Stage.OUTBOUND or self.stage is Stage.RETURNING
+        under_way = self.stage is MissionStage.OUTBOUND or self.stage is MissionStage.RETURNING
         return self.stops[self.target] if under_way else None
 
     @property
@@ -100,7 +100,7 @@ class Mission:
         return None if self.goal is None else heading_at(self._headings, self.target)
 
     @property
-    def then(self) -> Point | None:
+    def stop_after_next(self) -> Point | None:
         """The stop after that one [m], to which the robot drives on at once, or None."""
         if self.goal is None or self.heading is not None:
             return None
@@ -146,6 +146,19 @@ class Mission:
         home = self._returns and self.target == len(self.stops) - 1
         self.take(Occasion.SENT_HOME if home else Occasion.TAKEN_UP)
 
+    def has_done_stop(self, pose: Pose, reach: float, counted: Counted | None) -> bool:
+        """Return True if the robot is done with the current stop: it is there, within ``reach`` [m].
+
+        A robot that does not know its pose exactly is done when the world has ``counted`` the stop.
+        """
+        if self.goal is None:
+            return False
+        if counted is None:
+            return is_at(pose, self.goal, self.heading, reach)
+        if counted.assignment != self.number or counted.laps < self.laps:
+            return False
+        return counted.laps > self.laps or counted.reached[self.target : self.target + 1] == [True]
+
     def finish_stop(self, reached: bool) -> None:
         """Finish the current stop: it was reached, or it is given up because no path leads there."""
         if reached:
@@ -159,7 +172,7 @@ class Mission:
 
     def resume(self, reached: Sequence[bool], unreachable: Sequence[int], laps: int = 0) -> None:
         """Continue the mission where an earlier process left it."""
-        if self.stage is Stage.READY:
+        if self.stage is MissionStage.READY:
             self.begin()
         self.laps = laps
         self.reached = [*reached[: len(self.stops)], *[False] * (len(self.stops) - len(reached))]

@@ -57,11 +57,11 @@ class Navigator:
 
     def _path(self, grid: Grid, here: Point, goal: Point) -> Path | None:
         path = plan(grid, here, goal)
-        if path is None and not self.grid.is_free(*goal) and (beside := self._beside(goal)) is not None:
+        if path is None and not self.grid.is_free(*goal) and (beside := self._free_place_near(goal)) is not None:
             path = plan(grid, here, beside)
         return path
 
-    def _beside(self, goal: Point) -> Point | None:
+    def _free_place_near(self, goal: Point) -> Point | None:
         """Return the free place nearest to a goal, well within ``reach`` of it."""
         row, column = self.grid.cell_of(*goal)
         within = ceil(self._reach / self.grid.resolution)

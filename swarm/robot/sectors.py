@@ -21,13 +21,13 @@ def sectors(settings: SensorSettings) -> Sectors:
     """Return the angles of the rays that a scenario defines."""
     side, half = radians(settings.side_deg), radians(settings.side_half_width_deg)
     return Sectors(
-        fan(side, half, settings.rays),
-        fan(0.0, radians(settings.front_half_width_deg), settings.rays),
-        fan(-side, half, settings.rays),
+        ray_angles(side, half, settings.rays),
+        ray_angles(0.0, radians(settings.front_half_width_deg), settings.rays),
+        ray_angles(-side, half, settings.rays),
     )
 
 
-def fan(middle: float, half_width: float, rays: int) -> Angles:
+def ray_angles(middle: float, half_width: float, rays: int) -> Angles:
     """Return body angles [rad] of rays spread evenly over a sector, from right to left.
 
     >>> [round(a, 2) for a in fan(0.0, 0.5, 3)]

@@ -76,7 +76,17 @@ class PilotTuning(NamedTuple):
     # s in all for which a robot that is done tries to get back to its last stop, from which it made room for others;
     # then it stays where it is in nobody's way. Robots on a ring, in an order in which not all can be back, never ended
     settles_after: float = 60.0
+    # of the chosen speeds, while commands reach the wheels late: the first with which the robot stays in its cells
+    shares: tuple[float, ...] = (1.0, 0.5, 0.25)
     well_within: float = 0.9  # share of ``reach`` within which a robot that is done need not come nearer to its stop
+
+
+class PoseTuning(NamedTuple):
+    """How a robot drives whose pose is not exact: shares of the room that its body leaves free around it in a cell."""
+
+    slows: float = 0.5  # of the room; with a larger error the robot slows down
+    stands: float = 0.8  # of the room; with a larger error it stands, and says so
+    goes_on: float = 0.7  # of the room; from here on it drives again
 
 
 class RolloutTuning(NamedTuple):
@@ -139,6 +149,7 @@ SAFETY: Final = SafetyTuning()
 AIM: Final = AimTuning()
 SCALE: Final = ScaleTuning()
 PILOT: Final = PilotTuning()
+POSE: Final = PoseTuning()
 ROLLOUT: Final = RolloutTuning()
 DETOUR: Final = DetourTuning()
 EVASION: Final = EvasionTuning()

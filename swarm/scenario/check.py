@@ -10,15 +10,15 @@ from swarm.maps.occupancy import FREE, OccupancyMap, Point
 from swarm.planning.grid import Grid
 from swarm.planning.path import is_reachable
 from swarm.scenario.load import Scenario
-from swarm.scenario.prepare import Prepared, check_grid_size, planning_grid, settled
-from swarm.scenario.starts import names, starts
+from swarm.scenario.prepare import Prepared, check_grid_size, planning_grid, settle_lattice
+from swarm.scenario.starts import robot_names, starts
 from swarm.settings import Settings
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
 from swarm.traffic.lattice.placement import (
     cells_of,
     comes_near,
+    distance_to_stop,
     lattices_tried,
-    short_of,
     standable_under,
     traffic_settings,
 )
@@ -37,7 +37,7 @@ def check(scenario: Scenario, robots: int, seed: int) -> Prepared:
         ConfigError: the mission cannot be driven; the text names the first reason.
     """
     _affordable(scenario, robots)
-    scenario = settled(scenario)
+    scenario = settle_lattice(scenario)
     settings, grid = scenario.settings, planning_grid(scenario)
     if settings.own_targets and robots > len(settings.own_targets):
         raise ConfigError(
@@ -46,28 +46,28 @@ def check(scenario: Scenario, robots: int, seed: int) -> Prepared:
         )
     for number, target in enumerate(settings.targets, start=1):
         _standable(scenario, grid, target, f"targets: target {number}")
-    for name, targets in zip(names(robots), settings.own_targets, strict=False):
+    for name, targets in zip(robot_names(robots), settings.own_targets, strict=False):
         for number, target in enumerate(targets, start=1):
             _standable(scenario, grid, target, f"own_targets: {name}'s target {number}")
     for number, target in enumerate(settings.pool, start=1):
         _standable(scenario, grid, target, f"pool: target {number}")
     for number, asked in enumerate(settings.orders):
-        if asked.robot not in names(robots):
+        if asked.robot not in robot_names(robots):
             raise ConfigError(
-                f"{settings.name}: orders[{number}].robot: expected one of {', '.join(names(robots))}, "
+                f"{settings.name}: orders[{number}].robot: expected one of {', '.join(robot_names(robots))}, "
                 f"got {asked.robot!r}; correct it"
             )
     poses = starts(scenario, robots, seed)
-    for name, pose in zip(names(robots), poses, strict=True):
+    for name, pose in zip(robot_names(robots), poses, strict=True):
         _standable(scenario, grid, pose[:2], f"start of {name}")
     needed = 2 * settings.robot.radius
-    for (a, one), (b, other) in combinations(zip(names(robots), poses, strict=True), 2):
+    for (a, one), (b, other) in combinations(zip(robot_names(robots), poses, strict=True), 2):
         if (apart := distance(one, other)) < needed:
             raise ConfigError(
                 f"{settings.name}: start: expected {a} and {b} at least {needed:g} m apart, got {apart:.2f} m; "
                 "move one of them"
             )
-    for where, here, there in _legs(scenario, poses, grid):
+    for where, here, there in _ways_between_stops(scenario, poses, grid):
         if not is_reachable(grid, here, there):
             raise ConfigError(
                 f"{where}: expected a way from "
@@ -112,13 +112,13 @@ def _affordable(scenario: Scenario, robots: int) -> None:
         )
 
 
-def _legs(scenario: Scenario, poses: list[Pose], grid: Grid) -> Iterator[tuple[str, Point, Point]]:
+def _ways_between_stops(scenario: Scenario, poses: list[Pose], grid: Grid) -> Iterator[tuple[str, Point, Point]]:
     """Yield the ways from stop to stop [m] with their names; a way of several robots is named after the first.
 
     The way to a target of the pool begins where a robot starts that has one, if any has.
     """
     seen = set()
-    for number, (name, pose) in enumerate(zip(names(len(poses)), poses, strict=True)):
+    for number, (name, pose) in enumerate(zip(robot_names(len(poses)), poses, strict=True)):
         here = pose[:2]
         for stop, there in enumerate(scenario.stops(number, here), start=1):
             if (here, there) not in seen:
@@ -146,15 +146,15 @@ def _within_cells(scenario: Scenario, poses: list[Pose], grid: Grid) -> None:
             f"{settings.radio.range:g} m: robots that claim a cell must hear each other; raise it or set a smaller "
             "`traffic.cell`"
         )
-    _apart(settings, cells, poses)
-    for name, (x, y, _) in zip(names(len(poses)), poses, strict=True):
+    _check_cells_of_starts(settings, cells, poses)
+    for name, (x, y, _) in zip(robot_names(len(poses)), poses, strict=True):
         if not standable_under(cells, (x, y), settings):
             raise ConfigError(
                 f"{settings.name}: start of {name} at ({x:g}, {y:g}): expected a place in a traffic cell, which is "
                 f"{cells.side:g} m wide, got a nook between cells; {_nearest(cells, (x, y), settings)}"
             )
-    for where, here, there in _legs(scenario, poses, grid):
-        if (short := short_of(cells, there, settings)) > settings.reach:
+    for where, here, there in _ways_between_stops(scenario, poses, grid):
+        if (short := distance_to_stop(cells, there, settings)) > settings.reach:
             raise ConfigError(
                 f"{where}: expected a place that "
                 f"is reached within {settings.reach:g} m from inside its cell of {cells.side:g} m, got one "
@@ -173,18 +173,18 @@ def _nearest(cells: CellMap, place: Point, settings: Settings) -> str:
     cell = cells.nearest_standable(*place)
     if cell == OUTSIDE:
         return "open the map, or set `traffic.cell` or `traffic.offset`"
-    x, y = cells.moved_inside(cell, place, traffic_settings(settings).standing_room)
+    x, y = cells.move_inside(cell, place, traffic_settings(settings).standing_room)
     return f"the nearest place is ({x:.2f}, {y:.2f}); move it there, or set `traffic.cell` or `traffic.offset`"
 
 
-def _apart(settings: Settings, cells: CellMap, poses: list[Pose]) -> None:
+def _check_cells_of_starts(settings: Settings, cells: CellMap, poses: list[Pose]) -> None:
     """Check that no two robots stand in one cell: it is the place of one, so no joint plan could tell them apart.
 
     Raises:
         ConfigError: two of them do.
     """
     holders: dict[int, str] = {}
-    for name, (x, y, _) in zip(names(len(poses)), poses, strict=True):
+    for name, (x, y, _) in zip(robot_names(len(poses)), poses, strict=True):
         cell = cells.cell_of(x, y)
         if cell != OUTSIDE and (holder := holders.setdefault(cell, name)) != name:
             middle = cells.centre(cell)
@@ -205,13 +205,13 @@ def _standable(scenario: Scenario, grid: Grid, point: Point, what: str) -> None:
             f"{where}: expected a place on the map, which spans about ({low[0]:g}, {low[1]:g}) to "
             f"({high[0]:g}, {high[1]:g}); move it"
         )
-    if wrong := not_free(floor, point):
+    if wrong := explain_not_free(floor, point):
         raise ConfigError(f"{where}: {wrong}; move it")
     if not grid.is_free(x, y):
         raise ConfigError(f"{where}: expected at least {radius:g} m from any wall, for the robot's radius; move it")
 
 
-def not_free(floor: OccupancyMap, place: Point) -> str:
+def explain_not_free(floor: OccupancyMap, place: Point) -> str:
     """Return what was expected of a place [m] and what came, "" if it is free floor."""
     if not floor.inside(floor.cell_of(*place)):
         return "expected a place on the map, got one outside"

@@ -13,14 +13,14 @@ import msgspec
 from swarm.errors import ConfigError
 from swarm.fuzzy import Profile, load_profile
 from swarm.geometry import distance
-from swarm.maps.files import read_text, within, yaml_values
+from swarm.maps.files import path_within, read_text, yaml_values
 from swarm.maps.load import load_map
 from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.maps.text import from_text
 from swarm.maps.wire import pack, unpack
 from swarm.messages import PackedMap, ProfileOnWire, ScenarioOnWire
-from swarm.messages.faults import in_words, shown
-from swarm.scenario.shipped import shipped
+from swarm.messages.faults import in_words, quote_value
+from swarm.scenario.shipped_scenarios import shipped_scenarios
 from swarm.settings import Settings
 
 SIZE_LIMIT: Final = 4_000_000  # bytes
@@ -64,7 +64,7 @@ class Scenario:
         Raises:
             SwarmError: the settings contradict each other, or the profile or the map is not valid.
         """
-        settings = checked(msgspec.to_builtins(scenario.settings), "welcome")
+        settings = check_values(msgspec.to_builtins(scenario.settings), "welcome")
         return cls(settings, unpack(packed), Profile.from_builtins(msgspec.to_builtins(scenario.profile)))
 
 
@@ -75,7 +75,7 @@ def load(path: Path, *, serve: bool = False) -> Scenario:
         ConfigError: the file is wrong; the text says where, what and what to do.
     """
     raw = _read(path)
-    settings = checked(raw | {"serve": True} if serve else raw, str(path))
+    settings = check_values(raw | {"serve": True} if serve else raw, str(path))
     where, base = settings.map, path.parent
     if (where.text is None) == (where.file is None):
         raise ConfigError(f"{path}: map: expected either `text` or `file`; draw the map in the file or name one")
@@ -85,11 +85,11 @@ def load(path: Path, *, serve: bool = False) -> Scenario:
         except ConfigError as fault:
             raise ConfigError(f"{path}: map.text: {fault}") from None
     else:
-        floor = load_map(within(base, str(where.file), f"{path}: map.file"), cell=where.cell)
+        floor = load_map(path_within(base, str(where.file), f"{path}: map.file"), cell=where.cell)
     return Scenario(settings, floor, load_profile(settings.controller, base=base))
 
 
-def checked(raw: object, where: str) -> Settings:
+def check_values(raw: object, where: str) -> Settings:
     """Convert plain values to ``Settings``.
 
     Raises:
@@ -152,9 +152,9 @@ def _check_patrol(settings: Settings, where: str) -> None:
             )
 
 
-def _meant(path: Path) -> str:
+def _suggest_scenario(path: Path) -> str:
     """Return the scenario that was perhaps meant: one that is shipped, or a file beside ``path`` with a ``map``."""
-    known = {name: name for name in shipped()}
+    known = {name: name for name in shipped_scenarios()}
     for file in path.parent.glob("*.yaml"):
         with suppress(ConfigError):
             if any(line.startswith("map:") for line in read_text(file, SIZE_LIMIT).splitlines()):
@@ -165,10 +165,10 @@ def _meant(path: Path) -> str:
 
 def _read(path: Path) -> dict[str, Any]:
     if not path.exists():
-        raise ConfigError(f"{path}: expected a scenario file, found none; {_meant(path)}")
+        raise ConfigError(f"{path}: expected a scenario file, found none; {_suggest_scenario(path)}")
     raw = yaml_values(read_text(path, SIZE_LIMIT), str(path))
     if not isinstance(raw, dict):
-        raise ConfigError(f"{path}: expected `name:`, `map:`, `start:`, `targets:`, got {shown(raw)}")
+        raise ConfigError(f"{path}: expected `name:`, `map:`, `start:`, `targets:`, got {quote_value(raw)}")
     if odd := [key for key in raw if not isinstance(key, str)]:
-        raise ConfigError(f"{path}: expected names of fields, got {shown(odd[0])}; see scenarios/paper.yaml")
+        raise ConfigError(f"{path}: expected names of fields, got {quote_value(odd[0])}; see scenarios/paper.yaml")
     return raw

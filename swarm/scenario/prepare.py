@@ -30,11 +30,11 @@ def prepare(scenario: Scenario, robots: int, seed: int) -> Prepared:
     Raises:
         ConfigError: fewer poses are listed than robots, or the area has no room for so many robots.
     """
-    scenario = settled(scenario)
+    scenario = settle_lattice(scenario)
     return Prepared(scenario, planning_grid(scenario), starts(scenario, robots, seed))
 
 
-def settled(scenario: Scenario) -> Scenario:
+def settle_lattice(scenario: Scenario) -> Scenario:
     """Return the scenario with the position of its lattice in its settings; a position that is set already stays."""
     return replace(scenario, settings=with_lattice(scenario.settings, scenario.map))
 
@@ -56,10 +56,10 @@ def planning_grid(scenario: Scenario, learned: OccupancyMap | None = None) -> Gr
     margin = EASE * robot.distance_scale
     if learned is not None:
         return Grid.grown(learned, robot.radius, margin, RESOLUTION, unknown_free=True)
-    return given_grid(scenario.map, robot.radius, margin)
+    return grid_of_floor(scenario.map, robot.radius, margin)
 
 
 @lru_cache(maxsize=1)  # the robots of a machine share what the launcher's fork server has computed
-def given_grid(floor: OccupancyMap, radius: float, margin: float) -> Grid:
+def grid_of_floor(floor: OccupancyMap, radius: float, margin: float) -> Grid:
     """Return the planning grid of a given map for a footprint; both in metres."""
     return Grid.grown(floor, radius, margin, RESOLUTION)

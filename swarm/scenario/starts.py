@@ -6,14 +6,14 @@ from typing import Final
 import numpy as np
 
 from swarm.errors import ConfigError
-from swarm.geometry import Pose, on_circle, wrap
+from swarm.geometry import Pose, poses_on_circle, wrap
 from swarm.scenario.load import Scenario
 from swarm.traffic.lattice.placement import cells_of, cells_within
 
 GAP: Final = 0.2  # m, left free between a drawn robot and a wall
 
 
-def names(robots: int) -> tuple[str, ...]:
+def robot_names(robots: int) -> tuple[str, ...]:
     """Return the names of a fleet's robots: r1, r2, ..., all of one length, so that they sort by number."""
     width = len(str(robots))
     return tuple(f"r{number:0{width}d}" for number in range(1, robots + 1))
@@ -29,7 +29,7 @@ def later_name(number: int, robots: int) -> str:
 
 
 def number_of(name: str) -> int:
-    """Return a robot's number, from 0: the inverse of ``names``."""
+    """Return a robot's number, from 0: the inverse of ``robot_names``."""
     return int(name[1:]) - 1
 
 
@@ -49,7 +49,7 @@ def starts(scenario: Scenario, robots: int, seed: int) -> list[Pose]:
             )
         return [Pose(x, y, wrap(yaw)) for x, y, yaw in listed[:robots]]
     if settings.start.circle is not None:
-        return on_circle(*settings.start.circle, robots)
+        return poses_on_circle(*settings.start.circle, robots)
     assert area is not None  # swarm.scenario.load has checked that one of the three is given
     return _in_cells(scenario, robots, seed)
 
@@ -73,6 +73,6 @@ def _in_cells(scenario: Scenario, robots: int, seed: int) -> list[Pose]:
         reach = max(0.0, min(spare, GAP))
         dx, dy, yaw = (float(value) for value in chance.uniform((-reach, -reach, -pi), (reach, reach, pi)))
         px, py = (min(max(at, min(a, b)), max(a, b)) for at, a, b in ((x + dx, *area[::2]), (y + dy, *area[1::2])))
-        at = (px, py) if cells.fits((room[number],), px, py, settings.robot.radius + 0.05) else (x, y)
+        at = (px, py) if cells.can_fit_disc((room[number],), px, py, settings.robot.radius + 0.05) else (x, y)
         poses.append(Pose(*at, yaw))
     return poses

@@ -29,11 +29,11 @@ from swarm.messages import (
     TRUTH,
     Topic,
 )
-from swarm.messages.topic import below
+from swarm.messages.topic import key_prefix_of
 from swarm.secure.names import BRIDGE, OPERATOR, ROUTER, WATCHER, WORLD
 
 ROBOT: Final = "robot"  # the row of every robot
-FLEET: Final = below("*")  # keys of whatever fleet: a router with an access list serves one fleet, of any name
+FLEET: Final = key_prefix_of("*")  # keys of whatever fleet: a router with an access list serves one fleet, of any name
 SEND: Final = ("put",)
 ANSWER: Final = ("declare_queryable", "reply")
 HEAR: Final = ("declare_subscriber",)
@@ -126,7 +126,7 @@ def access_list(robots: Sequence[str], *, several: bool = False) -> dict[str, An
 
 def _rules(member: str, rights: Rights, robot: str) -> list[dict[str, Any]]:
     """Return the rules of one member; ``robot`` is its own name in keys, or ``*`` for all of them."""
-    hears = [f"{FLEET}**"] if rights.hears is None else [_heard(topic, robot) for topic in rights.hears]
+    hears = [f"{FLEET}**"] if rights.hears is None else [_rules_to_hear(topic, robot) for topic in rights.hears]
     role = rights.present_as
     return [
         _rule(f"{member} sends", SEND, [_key(topic, robot) for topic in rights.sends]),
@@ -146,7 +146,7 @@ def _key(topic: Topic[Any], robot: str) -> str:
     return FLEET + topic.key.format(robot=robot, zx="*", zy="*")
 
 
-def _heard(topic: Topic[Any], robot: str) -> str:
+def _rules_to_hear(topic: Topic[Any], robot: str) -> str:
     return _key(topic, robot if topic in (SENSE, COMMAND) else "*")
 
 

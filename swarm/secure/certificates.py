@@ -38,7 +38,7 @@ class Authority:
     def __init__(self, begin: datetime, end: datetime) -> None:
         self._key = ec.generate_private_key(ec.SECP256R1())
         self._span = begin, end
-        self._name = _named("zenoh-swarm")
+        self._name = _name_attribute("zenoh-swarm")
         usage = x509.KeyUsage(
             digital_signature=True, key_cert_sign=True, crl_sign=True, content_commitment=False,
             key_encipherment=False, data_encipherment=False, key_agreement=False, encipher_only=False,
@@ -66,7 +66,7 @@ class Authority:
         self, name: str, uses: list[x509.ObjectIdentifier], hosts: Sequence[str], span: tuple[datetime, datetime] | None
     ) -> Files:
         key = ec.generate_private_key(ec.SECP256R1())
-        builder = self._builder(_named(name), key.public_key(), span or self._span)
+        builder = self._builder(_name_attribute(name), key.public_key(), span or self._span)
         builder = builder.add_extension(x509.BasicConstraints(ca=False, path_length=None), critical=True)
         builder = builder.add_extension(x509.ExtendedKeyUsage(uses), critical=False)
         if hosts:
@@ -90,7 +90,7 @@ class Authority:
         )
 
 
-def _named(name: str) -> x509.Name:
+def _name_attribute(name: str) -> x509.Name:
     return x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, name)])
 
 

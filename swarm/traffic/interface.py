@@ -12,7 +12,7 @@ from swarm.maps.occupancy import Point
 from swarm.messages.traffic import TrafficBroadcast
 from swarm.traffic.obstacles.scan import Scan
 from swarm.traffic.peers.records import TrafficNote
-from swarm.traffic.peers.uncooperative import Spoken
+from swarm.traffic.peers.uncooperative import MuteBroadcast
 
 NO_RAYS: Final = Scan()
 
@@ -51,11 +51,14 @@ class TrafficInputs(NamedTuple):
     speed: float = 0.0  # m/s, of its centre
     scan: Scan = NO_RAYS
     heard: Sequence[TrafficBroadcast] = ()
-    mute: Sequence[Spoken] = ()  # heard broadcasts that say nothing of traffic
+    mute: Sequence[MuteBroadcast] = ()  # heard broadcasts that say nothing of traffic
     sweeps: tuple[int, ...] = ()  # cells that the robot would drive over if it had them, the soonest first
     then: Point | None = None  # m, where it wants to be after the goal; None: nowhere else
     done: bool = False  # no stop is left: the goal is only a place to stand
     stands: bool = False  # it was told to stop: it drives nowhere, and takes part in no joint plan
+    uncertainty: float = 0.0  # m, how far the body may be from the pose and from its braking path
+    jumped: bool = False  # it is open where it is: it holds all that may be under it
+    lost: bool = False  # it stands, since its pose is known too badly to drive by
     path: Sequence[Point] = ()  # m, to the goal, from the robot's own planner; (): any shortest way
 
 
@@ -80,6 +83,6 @@ class TrafficOutputs(NamedTuple):
     way: tuple[int, ...]  # cells to come, held ones first
     members: tuple[str, ...]  # of the joint plan followed
 
-    def again(self) -> "TrafficOutputs":
+    def without_messages(self) -> "TrafficOutputs":
         """Return what still holds of these outputs in a tick without a step: all but the messages."""
         return self._replace(broadcast=None, events=())

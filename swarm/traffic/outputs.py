@@ -12,13 +12,13 @@ from swarm.traffic.joint.protocol import JointPlanning
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
 from swarm.traffic.lattice.distances import FAR
 from swarm.traffic.obstacles.detector import ProtectiveStop
-from swarm.traffic.own_route import Goal
+from swarm.traffic.own_route import GoalCell
 from swarm.traffic.peers.records import PeerRecords, TrafficNote
-from swarm.traffic.peers.sightings import keeps
+from swarm.traffic.peers.sightings import has_reserved
 from swarm.traffic.peers.situation import Situation
-from swarm.traffic.reservations.claims import way_back
+from swarm.traffic.reservations.claims import cells_back_to_way
 from swarm.traffic.reservations.route import VIEW, Footprint, RouteProgress
-from swarm.traffic.reservations.rules import Acks, Reservations, acknowledged
+from swarm.traffic.reservations.rules import Acks, Reservations, acknowledgements
 from swarm.traffic.settings import TrafficConstants
 
 SLACK: Final = 2.0  # m; the place of a robot whose newest record was not heard, for as long as it counts as fresh
@@ -31,7 +31,7 @@ class StepResult(NamedTuple):
     body: Footprint
     situation: Situation
     progress: RouteProgress
-    goal: Goal
+    goal: GoalCell
     joint: JointPlanning
     waits: tuple[str, ...]  # the robots that it waits for
     listens: bool  # it has just started or woken, and claims nothing yet
@@ -49,7 +49,7 @@ class StepResult(NamedTuple):
     def busy(self) -> bool:
         """True if the next step is due in the next tick: it makes a joint plan, or an obstacle is near it."""
         halt = self.halt
-        return self.joint.collect is not None or halt.stopped or bool(halt.threats) or self.face is not None
+        return self.joint.own_call is not None or halt.stopped or bool(halt.threats) or self.face is not None
 
 
 class RecordWriter:
@@ -73,6 +73,7 @@ class RecordWriter:
             stamp=inputs.tick,
             x=inputs.pose.x,
             y=inputs.pose.y,
+            error=inputs.uncertainty,
             speed=inputs.speed,
             goal=result.goal.cell,
             then=situation.then,
@@ -86,13 +87,13 @@ class RecordWriter:
             waits=result.waits,
             moved=result.moved,
             epoch=joint.epoch,
-            left=progress.left if joint.epoch is not None else 0,
+            left=progress.steps_left_behind if joint.epoch is not None else 0,
             entered=max(0, progress.steps[-1]) if joint.epoch is not None else 0,
-            frozen=joint.frozen,
-            need=None if inputs.stands else joint.need,
-            collect=joint.collect,
-            plan=joint.carried(situation),
-            refusal=joint.refused(inputs.tick),
+            frozen=joint.call_epoch,
+            need=None if inputs.stands else joint.leader_asked,
+            collect=joint.own_call,
+            plan=joint.plan_to_carry(situation),
+            refusal=joint.refusal_to_tell(inputs.tick),
             stands=inputs.stands,
             listens=result.listens,
             seen=seen,
@@ -107,10 +108,10 @@ class RecordWriter:
             for robot, record in others.items()
             if record.claims and hypot(record.x - x, record.y - y) <= self._answers
         }
-        return acknowledged(self.me, reservations, near)
+        return acknowledgements(self.me, reservations, near)
 
 
-def way_ahead(result: StepResult, place: int) -> tuple[int, ...]:
+def cells_ahead(result: StepResult, place: int) -> tuple[int, ...]:
     """List the held cells to drive through in order, from the one at ``place`` to the head or to the next stop.
 
     If no other robot is near, the cells of the route that are in view follow.
@@ -118,43 +119,43 @@ def way_ahead(result: StepResult, place: int) -> tuple[int, ...]:
     ahead = result.progress.reservations.held[place:]
     if result.free_drive:
         ahead = (*ahead, *result.progress.route)[: 2 * VIEW + 1]
-    return ahead[: ahead.index(result.goal.cell) + 1] if stops_in(result, ahead) else ahead
+    return ahead[: ahead.index(result.goal.cell) + 1] if has_stop_ahead(result, ahead) else ahead
 
 
-def stops_in(result: StepResult, ahead: Sequence[int]) -> bool:
+def has_stop_ahead(result: StepResult, ahead: Sequence[int]) -> bool:
     """Return True if one of the cells ahead holds the next stop: the robot drives over it, whatever comes then."""
-    return result.situation.visits in ahead
+    return result.situation.stop_to_visit in ahead
 
 
 def waypoints(
     result: StepResult, ahead: Sequence[int], alone: Collection[int], settings: TrafficConstants
 ) -> tuple[Point, ...]:
     """Return the points to drive to, in order [m]. ``alone`` are the held cells that no other robot holds too."""
-    progress, goal, cells = result.progress, result.goal, result.situation.cells
-    back = [cell for cell in way_back(progress, ahead[0], cells) if cell in progress.reservations.held]
+    progress, goal, cells, spare = result.progress, result.goal, result.situation.cells, result.inputs.uncertainty
+    back = [cell for cell in cells_back_to_way(progress, ahead[0], cells) if cell in progress.reservations.held]
     points = [cells.centre(cell) for cell in (ahead[0], *back[:1], *ahead[1:])]
     if ahead[0] not in alone:  # another robot is in this cell too: do not drive to its middle
         points = points[1:] or [(result.inputs.pose.x, result.inputs.pose.y)]
-    if stops_in(result, ahead) and goal.wish is not None:
-        points[-1] = goal.place(goal.wish, settings.standing_room, cells)
-    elif progress.route and not result.free_drive and rolls_up(result, settings):
-        points.append(cells.leaning(progress.head, progress.route[0], settings.leaning_room))
+    if has_stop_ahead(result, ahead) and goal.wish is not None:
+        points[-1] = goal.place(goal.wish, settings.standing_room + spare, cells)
+    elif progress.route and not result.free_drive and is_bound_for_edge(result, settings):
+        points.append(cells.leaning_point(progress.head, progress.route[0], settings.leaning_room + spare))
     elif not progress.route and progress.head == goal.cell and goal.wish is not None:
-        points[-1] = goal.place(goal.wish, settings.standing_room, cells)
+        points[-1] = goal.place(goal.wish, settings.standing_room + spare, cells)
     return tuple(points)
 
 
-def rolls_up(result: StepResult, settings: TrafficConstants) -> bool:
+def is_bound_for_edge(result: StepResult, settings: TrafficConstants) -> bool:
     """Return True if the robot drives on in its last cell up to the next one, and not to the middle of its cell.
 
     There it stands when its turn comes, or it leans to look or to be heard.
     """
     head, following = result.progress.head, result.progress.route[0]
     blind = settings.in_sight and result.situation.cells.is_blind(head, following)
-    return following == result.leans_to or blind or not looks(result, settings)
+    return following == result.leans_to or blind or not must_reach_point(result, settings)
 
 
-def looks(result: StepResult, settings: TrafficConstants) -> bool:
+def must_reach_point(result: StepResult, settings: TrafficConstants) -> bool:
     """Return True if the robot has to reach a certain point in its cell, from which it claims or looks."""
     if not result.progress.route:
         return False
@@ -168,8 +169,8 @@ def activity(result: StepResult) -> TrafficActivity:
     progress, joint = result.progress, result.joint
     if result.halt.stopped:
         return TrafficActivity.HALTED
-    if joint.frozen is not None:
-        return TrafficActivity.LEADING if joint.collect is not None else TrafficActivity.STANDING
+    if joint.call_epoch is not None:
+        return TrafficActivity.LEADING if joint.own_call is not None else TrafficActivity.STANDING
     if result.listens:
         return TrafficActivity.LISTENING
     if result.face is not None:
@@ -180,16 +181,16 @@ def activity(result: StepResult) -> TrafficActivity:
         return TrafficActivity.WAITING
     if not progress.route:
         return TrafficActivity.WAITING if joint.epoch is not None else TrafficActivity.CUT_OFF
-    return TrafficActivity.CUT_OFF if stands_before_body(result) else TrafficActivity.DRIVING
+    return TrafficActivity.CUT_OFF if is_stopped_by_body(result) else TrafficActivity.DRIVING
 
 
-def stands_before_body(result: StepResult) -> bool:
+def is_stopped_by_body(result: StepResult) -> bool:
     """Return True if the robot is at its head, and a body stands in the next cell of its way: its goal, then."""
     held, route = result.progress.reservations.held, result.progress.route
     return len(held) == 1 and bool(route) and route[0] in result.situation.blocked
 
 
-def hinderers(result: StepResult, doing: TrafficActivity) -> tuple[str, ...]:
+def find_hinderers(result: StepResult, doing: TrafficActivity) -> tuple[str, ...]:
     """Return the robots that a robot waits for, also those that shut its way: silent, or told to stop.
 
     Decisions are made without those that shut its way: no claim and no joint plan moves them.
@@ -197,11 +198,11 @@ def hinderers(result: StepResult, doing: TrafficActivity) -> tuple[str, ...]:
     if result.waits or doing is not TrafficActivity.CUT_OFF:
         return result.waits
     situation, route = result.situation, result.progress.route
-    cell = route[0] if route else first_shut(situation.head, situation.goal, situation.blocked, situation.cells)
-    return tuple([robot for robot, record in situation.others.items() if keeps(record, cell)])
+    cell = route[0] if route else first_shut_cell(situation.head, situation.goal, situation.blocked, situation.cells)
+    return tuple([robot for robot, record in situation.others.items() if has_reserved(record, cell)])
 
 
-def first_shut(start: int, goal: int, shut: Collection[int], cells: CellMap) -> int:
+def first_shut_cell(start: int, goal: int, shut: Collection[int], cells: CellMap) -> int:
     """Return the first of the cells that are ``shut`` on a shortest way over the floor; OUTSIDE: there is none."""
     steps, cell = cells.distances(goal), start
     while cell != goal and steps[cell] < FAR:
@@ -220,10 +221,14 @@ def outputs_of(
 ) -> TrafficOutputs:
     """Return the outputs of a step; ``still`` [m] are bodies that stand near, ``broadcast`` is told."""
     tick, held = result.situation.tick, result.progress.reservations.held
-    place = result.progress.place(result.body.cell)
-    first = result.progress.until(result.body.cell, result.situation.visits)
-    alone, ahead = peers.alone_in(held, tick), way_ahead(result, first)
-    stops, to_look, following = stops_in(result, ahead), looks(result, settings), result.joint.following
+    place = result.progress.body_index(result.body.cell)
+    first = result.progress.body_index_before_visit(result.body.cell, result.situation.stop_to_visit)
+    alone, ahead = peers.cells_held_alone(held, tick), cells_ahead(result, first)
+    stops, to_look, following = (
+        has_stop_ahead(result, ahead),
+        must_reach_point(result, settings),
+        result.joint.following,
+    )
     doing = activity(result)
     return TrafficOutputs(
         broadcast=broadcast,
@@ -231,14 +236,14 @@ def outputs_of(
         drivable=tuple(dict.fromkeys((*alone, held[place], *result.free_drive))),
         unconstrained=bool(result.free_drive),
         waypoints=waypoints(result, ahead, alone, settings),
-        beside=(*peers.holders_of(held[place], tick), *still, *result.halt.bodies),
+        beside=(*peers.holder_places(held[place], tick), *still, *result.halt.bodies),
         may_drive=not result.halt.stopped,
         threats=result.threats,
         room=result.room,
         exactly=stops or to_look,
         looks=not stops and to_look,
         face=result.face,
-        waits=hinderers(result, doing),
+        waits=find_hinderers(result, doing),
         activity=doing,
         events=result.events,
         way=(*held[first:], *result.progress.route),

@@ -30,7 +30,7 @@ class Wish(NamedTuple):
     then: Point | None = None  # m, where it wants to be after that; None: nowhere else
 
 
-class Goal:
+class GoalCell:
     """The goal of one robot."""
 
     def __init__(self) -> None:
@@ -41,7 +41,9 @@ class Goal:
         self._place_for: tuple[CellMap, int, Point] | None = None
         self._place: Point = (0.0, 0.0)
 
-    def set(self, wish: Point | None, progress: RouteProgress, body: Footprint, cells: CellMap, radius: float) -> bool:
+    def set_wish(
+        self, wish: Point | None, progress: RouteProgress, body: Footprint, cells: CellMap, radius: float
+    ) -> bool:
         """Set the wanted point [m]; return True if the goal cell changes and the robot wants to be somewhere.
 
         If no way leads from the head to that point, the nearest reachable cell is taken. ``radius`` [m] is that of the
@@ -63,11 +65,11 @@ class Goal:
         self.wish = wish
         return changed
 
-    def visits(self, wish: Wish) -> int:
+    def stop_to_visit(self, wish: Wish) -> int:
         """Return the cell of the stop that the robot has not reached yet; OUTSIDE if it has, or has none."""
         return self.cell if wish.goal is not None and wish.goal == self.wish and not wish.done else OUTSIDE
 
-    def choose_again(self) -> None:
+    def reset_wish(self) -> None:
         """Choose the cell again with the next wish, because the floor has changed."""
         self.wish = None
 
@@ -84,7 +86,7 @@ class Goal:
         asked = (cells, self.cell, wish)
         if asked != self._place_for:
             self._place_for = asked
-            self._place = cells.moved_inside(self.cell, wish, room)
+            self._place = cells.move_inside(self.cell, wish, room)
         return self._place
 
 
@@ -97,7 +99,7 @@ def _way_out(progress: RouteProgress, body: Footprint, cells: CellMap, radius: f
     head = progress.head
     if cells.stands[head] or any(step != BESIDE for step in progress.steps[:-1]):
         return ()
-    middles = {cell: cells.centre(cell) for cell in cells.around(head, 1) if cells.stands[cell]}
+    middles = {cell: cells.centre(cell) for cell in cells.cells_around(head, 1) if cells.stands[cell]}
     near = sorted(middles, key=lambda cell: (distance(middles[cell], body.pose), cell))
     here = (body.pose.x, body.pose.y)
     return next(((cell,) for cell in near if cells.in_sight(here, middles[cell], radius)), ())
@@ -130,13 +132,13 @@ class OwnRoute:
             if found_for == goal and (blocked <= avoided if complete else blocked == avoided and tick < self._retry_at):
                 return progress
         self._found_for, self._retry_at = (goal, blocked), tick + RETRY
-        way = way_out or own_way(cells, progress.head, goal, blocked - {progress.head}, path)
+        way = way_out or find_own_way(cells, progress.head, goal, blocked - {progress.head}, path)
         if not way and stays:  # no way leads round: wait before the mute robot
-            way = own_way(cells, progress.head, goal, situation.blocked - {progress.head}, path)
-        return progress.alone(way).without_stale_claims()
+            way = find_own_way(cells, progress.head, goal, situation.blocked - {progress.head}, path)
+        return progress.on_own_way(way).without_stale_claims()
 
 
-def own_way(
+def find_own_way(
     cells: CellMap, start: int, goal: int, without: Collection[int] = (), path: Sequence[Point] = ()
 ) -> tuple[int, ...]:
     """List the cells from ``start``, itself left out, to ``goal``; empty if no way leads there.
@@ -163,7 +165,7 @@ def own_way(
         for other in cells.neighbours[cell]:
             if other in done or steps[other] >= FAR:
                 continue
-            cost = reached[cell] + 1.0 + STRAY * off_line(line, cells.centre(other)) / cells.side
+            cost = reached[cell] + 1.0 + STRAY * distance_to_polyline(line, cells.centre(other)) / cells.side
             if cost < reached.get(other, float("inf")) - 1e-9:
                 reached[other] = cost
                 came[other] = cell
@@ -174,7 +176,7 @@ def own_way(
     return tuple(way[-2::-1])
 
 
-def off_line(line: Sequence[Point], point: Point) -> float:
+def distance_to_polyline(line: Sequence[Point], point: Point) -> float:
     """Return the distance from a point to a polyline [m]."""
     x, y = point
     least = float("inf")

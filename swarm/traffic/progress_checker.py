@@ -36,12 +36,12 @@ class ProgressChecker(Generic[Measure]):
         self._then = None
 
 
-def farther_than(radius: float) -> Callable[[tuple[float, ...], tuple[float, ...]], bool]:
+def make_movement_test(radius: float) -> Callable[[tuple[float, ...], tuple[float, ...]], bool]:
     """Return the test of a robot that makes progress when it is more than ``radius`` [m] from where it was."""
-    return partial(_is_off, radius)
+    return partial(_has_moved, radius)
 
 
-def shorter_way(longer: float = inf) -> Callable[[int, int], bool]:
+def make_way_length_test(longer: float = inf) -> Callable[[int, int], bool]:
     """Return the test of a robot that makes progress when fewer cells of its way are left.
 
     A way that is more than ``longer`` [cells] longer is another way, on which the count starts again.
@@ -49,7 +49,7 @@ def shorter_way(longer: float = inf) -> Callable[[int, int], bool]:
     return partial(_is_shorter, longer)
 
 
-def _is_off(radius: float, then: tuple[float, ...], now: tuple[float, ...]) -> bool:
+def _has_moved(radius: float, then: tuple[float, ...], now: tuple[float, ...]) -> bool:
     return distance(then, now) > radius
 
 

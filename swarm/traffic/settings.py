@@ -72,7 +72,7 @@ class TrafficConstants:
     expansions: int = 20_000  # expansions for one joint plan, after which it is given up
     robot_openings: int = 6_000  # expansions times members in one step: about fifteen milliseconds
 
-    def driven(self, speed: float | None, time: float) -> tuple[float, float]:
+    def reach_after(self, speed: float | None, time: float) -> tuple[float, float]:
         """Return how far [m] a robot may drive in ``time`` [s], and how fast it may be then [m/s].
 
         ``speed`` is how fast it is at first; None if nobody knows.
@@ -107,6 +107,6 @@ class TrafficConstants:
         return self.standing_room + 0.03
 
     @property
-    def alone(self) -> float:
+    def alone_distance(self) -> float:
         """The distance [m] from which another robot is not near: its claims, and a second of both driving."""
         return self.claim_radius + 2.5

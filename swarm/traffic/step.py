@@ -8,72 +8,39 @@ pure: no clock, no I/O, no randomness of its own.
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from typing import NamedTuple
 
 from swarm.errors import ConfigError
 from swarm.geometry import distance
 from swarm.maps.occupancy import Point
 from swarm.messages.traffic import Record, TrafficBroadcast
-from swarm.traffic.interface import MovingObstacle, TrafficInputs, TrafficOutputs
+from swarm.traffic.interface import TrafficInputs, TrafficOutputs
 from swarm.traffic.joint.protocol import JointPlanning
-from swarm.traffic.joint.states import Drops, Leaves, Speaks, Wakes
+from swarm.traffic.joint.states import BroadcastTurn, PlanDrop, PlanningStop, WakeUp
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
-from swarm.traffic.obstacles.detector import BlockedByObstacle, ObstacleDetector, ProtectiveStop, robot_at
+from swarm.traffic.obstacles.detector import BlockageChecker, ObstacleDetector, ProtectiveStop, robot_at
 from swarm.traffic.obstacles.inspection import Inspector
 from swarm.traffic.obstacles.scan import Scan
 from swarm.traffic.outputs import RecordWriter, StepResult, outputs_of
-from swarm.traffic.own_route import Goal, OwnRoute, Wish
+from swarm.traffic.own_route import GoalCell, OwnRoute, Wish
 from swarm.traffic.peers.records import PeerRecords, TrafficNote
 from swarm.traffic.peers.sightings import Sightings
 from swarm.traffic.peers.situation import Situation
-from swarm.traffic.peers.uncooperative import StepAside
-from swarm.traffic.reservations.claims import Claimed, Claiming, room_beside
+from swarm.traffic.peers.uncooperative import StepAsideRecovery
+from swarm.traffic.reservations.claims import CellClaimer, ClaimResult, list_room_cells
 from swarm.traffic.reservations.route import (
     Footprint,
-    OffRoute,
+    OffRouteChecker,
     RouteProgress,
-    after_sleep,
-    brought_to_rest,
+    bring_to_rest,
     footprint_of,
     free_drive_cells,
-    given_back,
+    give_back,
+    hold_free_drive_cells,
     hold_under_body,
-    spread,
+    resume_after_sleep,
 )  # fmt: skip
 from swarm.traffic.settings import LEAST_CLAIM, TrafficConstants
-
-
-class Before(NamedTuple):
-    """What is kept of the last tick, beside what each part remembers."""
-
-    tick: int
-    progress: RouteProgress
-    moved: int  # tick of its last progress
-    listen_until: int  # tick
-    threats: tuple[MovingObstacle, ...]  # obstacles that moved near it
-    then: int  # cell of the stop after its goal
-    busy: bool  # it searches for a joint plan, or an obstacle is near: the next step is due in the next tick
-
-
-class Heard(NamedTuple):
-    """Where the robot is, and what the others say."""
-
-    body: Footprint
-    progress: RouteProgress
-    moved: int  # tick of its last progress
-    listen_until: int  # tick
-    listens: bool  # it has just started or woken, and claims nothing yet
-    threats: tuple[MovingObstacle, ...]  # obstacles that moved near it in the last tick
-    fresh: Mapping[str, Record]
-    events: Sequence[TrafficNote]
-
-
-class Halted(NamedTuple):
-    """What an unexpected obstacle has changed."""
-
-    progress: RouteProgress
-    halt: ProtectiveStop
-    events: tuple[TrafficNote, ...] = ()
+from swarm.traffic.step_values import HaltResult, LastStep, ListenResult
 
 
 class Traffic:
@@ -90,15 +57,15 @@ class Traffic:
         self.settings = settings
         self._peers = PeerRecords(me, settings)
         self._sightings = Sightings(settings)
-        self._presence = OffRoute()
+        self._presence = OffRouteChecker()
         self._detector = ObstacleDetector(settings)
         self._joint = JointPlanning(me, settings)
         self._own_route = OwnRoute()
-        self._claiming = Claiming(me, settings)
+        self._claiming = CellClaimer(me, settings)
         self._inspector = Inspector(settings)
         self._record_writer = RecordWriter(me, settings, slot, cells.side)
-        self._goal, self._step_aside, self._kept = Goal(), StepAside(), BlockedByObstacle()
-        self._before: Before | None = None
+        self._goal, self._step_aside, self._kept = GoalCell(), StepAsideRecovery(), BlockageChecker()
+        self._before: LastStep | None = None
         self.decided: StepResult | None = None  # in the last step, for explanations
         self._joins = cells.neighbours  # of the last tick
 
@@ -112,7 +79,7 @@ class Traffic:
         if before is None or before.busy or tick - before.tick >= settings.step or tick < before.listen_until:
             return True
         speaks = self._peers.somebody_listens(tick) or self._record_writer.is_due(tick, often=True)
-        return speaks or bool(scan.bodies(settings, settings.stop_distance))
+        return speaks or bool(scan.body_readings(settings, settings.stop_distance))
 
     def step(self, inputs: TrafficInputs, cells: CellMap) -> TrafficOutputs:
         """Compute the outputs of one tick; call it before the motors run, in each tick in which a step is due.
@@ -121,9 +88,9 @@ class Traffic:
         is known of others stay then; claims, the way and a joint plan are void. If robots learn the floor, only what
         the new cells break is void.
         """
-        heard = self._listen(inputs, cells)
+        heard = self._update_knowledge(inputs, cells)
         result = self._decide(inputs, heard, cells)
-        self._before = Before(inputs.tick, result.progress, result.moved, heard.listen_until, result.halt.threats,
+        self._before = LastStep(inputs.tick, result.progress, result.moved, heard.listen_until, result.halt.threats,
                               result.situation.then, result.busy)  # fmt: skip
         self._joins = cells.neighbours
         self.decided = result
@@ -140,88 +107,98 @@ class Traffic:
 
     # ---- listen: where it is, and what the others say
 
-    def _listen(self, inputs: TrafficInputs, cells: CellMap) -> Heard:
+    def _update_knowledge(self, inputs: TrafficInputs, cells: CellMap) -> ListenResult:
         tick, settings, before = inputs.tick, self.settings, self._before
-        body = footprint_of(inputs, settings.radius + settings.margin, cells)
+        body = footprint_of(inputs, settings.radius + settings.margin + inputs.uncertainty, cells)
         if before is None or tick - before.tick > settings.gap:  # it has just started, or was away
-            here = after_sleep(before.progress if before is not None else None, body, cells)
+            here = resume_after_sleep(before.progress if before is not None else None, body, cells)
             moved, listen_until = tick, tick + settings.listen
-            self._joint.take(Wakes(tick))
-            self._peers.wake(tick)
+            self._joint.handle_occasion(WakeUp(tick))
+            self._peers.note_wake(tick)
         else:
-            here = hold_under_body(before.progress, body, cells, settings.radius)
+            # where it is surely, or, after a jump, where it may be at all
+            off = inputs.uncertainty if inputs.jumped else -inputs.uncertainty
+            under = max(0.0, settings.radius + off)
+            theirs = {cell for record in self._peers.others.values() for cell in record.held} if inputs.jumped else ()
+            here = hold_under_body(before.progress, body, cells, under, theirs)
             moved, listen_until = before.moved, before.listen_until
         if cells.neighbours is not self._joins:
-            here = self._over_new_cells(here, body, cells)
-        events = self._peers.hear(tick, cells, inputs.heard, inputs.mute)
-        fresh = self._peers.fresh(tick)
-        self._sightings.hear(tick, fresh.values())
+            here = self._adapt_to_new_cells(here, body, cells)
+        events = self._peers.merge_broadcasts(tick, cells, inputs.heard, inputs.mute)
+        fresh = self._peers.fresh_records(tick)
+        self._sightings.merge_sightings(tick, fresh.values())
         threats = before.threats if before is not None else ()
-        return Heard(body, here, moved, listen_until, tick < listen_until, threats, fresh, events)
+        return ListenResult(body, here, moved, listen_until, tick < listen_until, threats, fresh, events)
 
-    def _over_new_cells(self, progress: RouteProgress, body: Footprint, cells: CellMap) -> RouteProgress:
+    def _adapt_to_new_cells(self, progress: RouteProgress, body: Footprint, cells: CellMap) -> RouteProgress:
         """Return the progress on new cells. What is ahead is void; on a learned floor, only if a join is shut."""
-        self._goal.choose_again()
+        self._goal.reset_wish()
         if self.settings.learns:
-            if not progress.shut(cells, body.cell):
+            if not progress.joins_shut_ahead(cells, body.cell):
                 return progress._replace(sought=False)
-            if not progress.shut(cells, body.cell, route=False):
-                return progress.nowhere()
-        self._joint.take(Leaves())
+            if not progress.joins_shut_ahead(cells, body.cell, route=False):
+                return progress.without_way()
+        self._joint.handle_occasion(PlanningStop())
         self._goal.forget()
-        return progress.over(cells, body.touched, body.cell)
+        return progress.on_new_floor(cells, body.touched, body.cell)
 
     # ---- decide: layer 0, then which way (layer 2), then which of its cells (layer 1)
 
-    def _decide(self, inputs: TrafficInputs, heard: Heard, cells: CellMap) -> StepResult:
+    def _decide(self, inputs: TrafficInputs, heard: ListenResult, cells: CellMap) -> StepResult:
         tick, settings, joint = inputs.tick, self.settings, self._joint
         wish = self._wish(inputs, heard.progress.head, cells)
 
         # layer 0: the cells that the body needs, and unexpected obstacles
         free_drive = self._free_drive_cells(inputs, heard, cells)
-        needed, body = spread(heard.progress, inputs, cells, settings) if free_drive else (heard.progress, heard.body)
+        needed, body = (
+            hold_free_drive_cells(heard.progress, inputs, cells, settings)
+            if free_drive
+            else (heard.progress, heard.body)
+        )
         on_way = self._presence.keep_on_way(needed, body, cells, threatened=bool(heard.threats))
-        asks = not free_drive and joint.frozen is None and not heard.listens
-        room = room_beside(on_way, inputs.pose, inputs.sweeps, heard.fresh, heard.threats, cells) if asks else ()
-        released = on_way.released(body.touched, body.cell, room, self._goal.visits(wish))
-        moved = tick if released.on_way < on_way.on_way else heard.moved
-        other_goal = self._goal.set(wish.goal, released, body, cells, settings.radius)
+        asks = not free_drive and joint.call_epoch is None and not heard.listens
+        room = list_room_cells(on_way, inputs.pose, inputs.sweeps, heard.fresh, heard.threats, cells) if asks else ()
+        released = on_way.release_behind(body.touched, body.cell, room, self._goal.stop_to_visit(wish))
+        moved = tick if released.way_cell_count < on_way.way_cell_count else heard.moved
+        other_goal = self._goal.set_wish(wish.goal, released, body, cells, settings.radius)
         beyond = tuple([cell for cell in released.reservations.held if cell not in body.touched])
-        shared = len(self._peers.alone_in(beyond, tick)) < len(beyond)  # two may start or be pushed into one cell
-        shut_ahead = shared or not self._peers.mutes.stays(tick).isdisjoint(beyond)
-        yielded = given_back(released, body, cells) if shut_ahead else released
-        halted = self._halt(yielded, inputs, body, cells, listens=heard.listens)
+        shared = len(self._peers.cells_held_alone(beyond, tick)) < len(
+            beyond
+        )  # two may start or be pushed into one cell
+        shut_ahead = shared or not self._peers.mutes.long_covered_cells(tick).isdisjoint(beyond)
+        yielded = give_back(released, body, cells) if shut_ahead else released
+        halted = self._stop_before_obstacle(yielded, inputs, body, cells, listens=heard.listens)
 
         # layer 2: which way
         told = self._before.then if self._before is not None else OUTSIDE
         leads_on = joint.following is not None and joint.following.leads_on(halted.progress, self._goal.cell, told)
         if (other_goal and not leads_on) or not halted.progress.following:
-            joint.take(Drops())
+            joint.handle_occasion(PlanDrop())
         situation = self._situation(tick, wish, halted.progress, moved, heard.fresh, cells)
-        decision = joint.take(Leaves() if inputs.stands else situation)
+        decision = joint.handle_occasion(PlanningStop() if inputs.stands else situation)
         routed = (
-            brought_to_rest(halted.progress, body, cells)
+            bring_to_rest(halted.progress, body, cells)
             if inputs.stands
             else self._find_way(halted.progress, situation, decision.way, wish.path)
         )
 
         # layer 1: which of its cells
-        may_claim = joint.frozen is None and not inputs.stands and not heard.listens
+        may_claim = joint.call_epoch is None and not inputs.stands and not heard.listens
         claimed = (
             self._claiming.step(routed, joint.following, situation, body, room)
             if may_claim
-            else Claimed(routed.without_claims(), (), took=False)
+            else ClaimResult(routed.without_claims(), (), took=False)
         )
         face = self._inspect(claimed, situation, inputs) if may_claim else None
         moved_now = tick if decision.way is not None or claimed.took else moved
-        complaint = self._peers.mutes.complain(tick, claimed.waits)
+        complaint = self._peers.mutes.check_wait(tick, claimed.waits)
         complaints = [TrafficNote("mute_in_the_way", (self.me, *claimed.waits), complaint)] if complaint else []
 
         # whom it asks to lead, if it speaks now
         speaks = self._record_writer.is_due(tick, often=heard.listens or self._peers.somebody_listens(tick))
         if speaks and not inputs.stands:
             held, ahead = claimed.progress.reservations.held, claimed.progress.route[: settings.ahead]
-            joint.take(Speaks(self.me, held, ahead, claimed.waits, joint.epoch, moved_now, situation))
+            joint.handle_occasion(BroadcastTurn(self.me, held, ahead, claimed.waits, joint.epoch, moved_now, situation))
         return StepResult(
             inputs, body, situation, claimed.progress, self._goal, joint, claimed.waits, heard.listens, halted.halt,
             face, self._inspector.leans_to, free_drive, moved_now, room, heard.threats, speaks,
@@ -239,36 +216,36 @@ class Traffic:
                 return Wish(aside, (), done=False)
         return Wish(inputs.goal, inputs.path, inputs.done, inputs.then)
 
-    def _free_drive_cells(self, inputs: TrafficInputs, heard: Heard, cells: CellMap) -> tuple[int, ...]:
+    def _free_drive_cells(self, inputs: TrafficInputs, heard: ListenResult, cells: CellMap) -> tuple[int, ...]:
         """List the free-drive cells; there are none for a robot that comes to rest in held cells."""
-        waits_here = heard.listens or self._joint.frozen is not None or not heard.progress.route or inputs.stands
+        waits_here = heard.listens or self._joint.call_epoch is not None or not heard.progress.route or inputs.stands
         if waits_here or self.settings.in_sight:
             return ()
         return free_drive_cells(heard.body, self._peers.others, heard.fresh, cells, self.settings)
 
-    def _halt(
+    def _stop_before_obstacle(
         self, progress: RouteProgress, inputs: TrafficInputs, body: Footprint, cells: CellMap, *, listens: bool
-    ) -> Halted:
+    ) -> HaltResult:
         """Stop before an unexpected obstacle; if it stays, give back the cells ahead and plan round it."""
         if self.settings.learns and listens:
-            return Halted(progress, ProtectiveStop(stopped=False))  # it has learned no walls yet, and stands still
-        mine = self._peers.alone_in(progress.reservations.held, inputs.tick)
-        halt = self._detector.detect(inputs, self._peers.expected(), mine, cells)
+            return HaltResult(progress, ProtectiveStop(stopped=False))  # it has learned no walls yet, and stands still
+        mine = self._peers.cells_held_alone(progress.reservations.held, inputs.tick)
+        halt = self._detector.detect(inputs, self._peers.records_expected(), mine, cells)
         kept_from = self._kept.check(progress, body.cell, self._goal.cell, threatened=bool(halt.threats))
         if kept_from is not None:
             self._sightings.note(kept_from, empty=False, tick=inputs.tick)
             text = f"gave up cell {kept_from}: a moving obstacle blocks the way into it"
-            return Halted(given_back(progress, body, cells), halt, (TrafficNote("halted", (self.me,), text),))
+            return HaltResult(give_back(progress, body, cells), halt, (TrafficNote("halted", (self.me,), text),))
         if halt.found is None:
-            return Halted(progress, halt)
+            return HaltResult(progress, halt)
         cell = cells.cell_of(*halt.found)
         if cell not in {OUTSIDE, body.cell}:
             self._sightings.note(cell, empty=False, tick=inputs.tick)
         gives_back = len(progress.reservations.held) > 1 and not halt.threats
         gap = max(0.0, distance(halt.found, inputs.pose) - self.settings.radius)
         text = f"stopped: unexpected obstacle {gap:.1f} m ahead, in cell {cell}"
-        kept = given_back(progress, body, cells) if gives_back else progress
-        return Halted(kept, halt, (TrafficNote("halted", (self.me,), text),))
+        kept = give_back(progress, body, cells) if gives_back else progress
+        return HaltResult(kept, halt, (TrafficNote("halted", (self.me,), text),))
 
     def _situation(
         self, tick: int, wish: Wish, progress: RouteProgress, moved: int, fresh: Mapping[str, Record], cells: CellMap
@@ -283,16 +260,16 @@ class Traffic:
             goal=self._goal.cell,
             idle=wish.goal is None,
             moved=moved,
-            blocked=self._sightings.occupied() | stopped,
-            cleared=self._sightings.clear(others, self._peers.heard_lately(tick)),
+            blocked=self._sightings.occupied_cells() | stopped,
+            cleared=self._sightings.clear(others, self._peers.recent_records(tick)),
             others=others,
             fresh=fresh,
             then=cells.cell_of(*wish.then) if wish.then is not None else OUTSIDE,
             done=wish.done,
             wants=self._goal.since,
-            bodies=partial(self._inspector.remembered, self._peers.fallen_silent(tick), cells),
+            bodies=partial(self._inspector.cells_of_silent, self._peers.silent_records(tick), cells),
             mutes=self._peers.mutes.names,
-            stays=self._peers.mutes.stays(tick),
+            stays=self._peers.mutes.long_covered_cells(tick),
         )
 
     def _find_way(
@@ -302,30 +279,32 @@ class Traffic:
         if adopted is not None:
             if situation.idle:
                 self._goal.stay_at(adopted[-1])
-            return progress.onto(adopted).without_stale_claims()
+            return progress.on_joint_way(adopted).without_stale_claims()
         plan = self._joint.following
         if plan is not None and plan.keeps(progress, situation) and situation.stays.isdisjoint(progress.route[:1]):
             return progress
-        self._joint.take(Drops())
+        self._joint.handle_occasion(PlanDrop())
         return self._own_route.find(progress, situation, path, self._goal.way_out)
 
-    def _inspect(self, claimed: Claimed, situation: Situation, inputs: TrafficInputs) -> Point | None:
+    def _inspect(self, claimed: ClaimResult, situation: Situation, inputs: TrafficInputs) -> Point | None:
         """Look at the next cell if only silent robots keep it; return the point to turn to [m], or None."""
         face, seen = self._inspector.inspect(claimed.progress, situation, claimed.waits, inputs)
         if seen is not None:
             self._sightings.note(seen.cell, empty=seen.empty, tick=seen.tick)
             if not seen.empty:
-                self._joint.take(Drops())
+                self._joint.handle_occasion(PlanDrop())
         return face
 
     # ---- speak: what it tells, and where it may drive
 
     def _speak(self, result: StepResult) -> TrafficOutputs:
         tick, pose = result.inputs.tick, result.inputs.pose
-        silent, found = self._peers.fallen_silent(tick), self._detector.places(tick)
+        silent, found = self._peers.silent_records(tick), self._detector.obstacle_places(tick)
         still = self._inspector.still_bodies(silent, found, pose, result.situation.cells)
         broadcast: TrafficBroadcast | None = None
         if result.speaks:
-            own = self._record_writer.record(result, self._sightings.told(), self._detector.moving())
+            own = self._record_writer.record(
+                result, self._sightings.sightings_to_tell(), self._detector.moving_obstacles()
+            )
             broadcast = TrafficBroadcast(own=own, others=self._peers.relay(tick, pose.x, pose.y))
         return outputs_of(result, self._peers, still, broadcast, self.settings)

@@ -6,14 +6,14 @@ from typing import NoReturn
 
 import pytest
 
-from swarm.installed import without
+from swarm.installation import hint_for_extra
 
 Make = Callable[[Path, pytest.Collector], pytest.Module | None]
 
 
 def skipped_without(extra: str) -> Make:
     """Return the hook ``pytest_pycollect_makemodule`` of a folder whose files need an extra."""
-    lacks = without(extra)
+    lacks = hint_for_extra(extra)
 
     class Skipped(pytest.Module):
         """A file of tests that cannot be imported here."""

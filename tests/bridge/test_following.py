@@ -5,8 +5,8 @@ from functools import partial
 import pytest
 from msgspec.structs import replace
 
-from swarm.bridge.errand import Errand, How
-from swarm.bridge.following import LISTEN, ORDERED, Follower
+from swarm.bridge.errand import OrderErrand, OrderOutcome
+from swarm.bridge.fleet_client import LISTEN, ORDERED, FleetClient
 from swarm.bus import Bus, Endpoint
 from swarm.messages import CLOCK, EVENTS, MAP, STATE, STATUS, Event, Events, Map, Order, Phase, Status
 from tests.conftest import MakeBus
@@ -32,23 +32,23 @@ def test_an_order_of_which_the_world_does_not_answer_yet_is_not_taken_as_done(ma
     world.keep(CLOCK, lambda: {CLOCK.key: clock()})
     world.keep(MAP, lambda: {MAP.key: Map(packed=PACKED, scenario=SETTINGS)})
     world.keep(STATUS, lambda: {STATUS.key: STATUS_NOW})
-    follower = Follower(bus, print, (*LISTEN, *ORDERED))
-    errand = Errand("a", Order(id="x", targets=[(1.0, 2.0)]), 1, run=1)
+    follower = FleetClient(bus, print, (*LISTEN, *ORDERED))
+    errand = OrderErrand("a", Order(id="x", targets=[(1.0, 2.0)]), 1, run=1)
     follower.errands.add(errand)
-    while not errand.replaced:  # it has another order: either it was done before, or that has replaced it
+    while not errand.is_replaced:  # it has another order: either it was done before, or that has replaced it
         world.send(STATE, state(20, assignment=2), robot="a")
-        assert follower.take_in() == []
-    assert follower.take_in() == []
+        assert follower.receive_messages() == []
+    assert follower.receive_messages() == []
     world.keep(EVENTS, lambda: {EVENTS.key: Events(events=[superseded()])})
-    ended = follower.take_in()
+    ended = follower.receive_messages()
     while not ended:
-        ended = follower.take_in()
-    assert [(one, end.how) for one, end in ended] == [(errand, How.REPLACED)]
-    assert not follower.alone
+        ended = follower.receive_messages()
+    assert [(one, end.how) for one, end in ended] == [(errand, OrderOutcome.REPLACED)]
+    assert not follower.has_lost_world
 
 
 def test_a_world_that_begins_at_a_lower_run_again_is_followed_too(make_bus: MakeBus, endpoint: Endpoint) -> None:
-    follower = Follower(make_bus(fleet="again"), print, LISTEN)
+    follower = FleetClient(make_bus(fleet="again"), print, LISTEN)
     for run, robots in ((5, ("a",)), (0, ("a", "b")), (0, ("c",))):
         with Bus(endpoint, "again") as world:
             told = clock(run=run, robots=robots)
@@ -57,8 +57,8 @@ def test_a_world_that_begins_at_a_lower_run_again_is_followed_too(make_bus: Make
             world.announce("world", "world")
             while (follower.fold.run, follower.fold.robots) != (run, robots):
                 world.send(CLOCK, told)
-                follower.take_in()
-            floors = [message for message, _, _ in follower.fold.said() if isinstance(message, Map)]
+                follower.receive_messages()
+            floors = [message for message, _, _ in follower.fold.take_messages() if isinstance(message, Map)]
             while not floors:
-                follower.take_in()
-                floors = [message for message, _, _ in follower.fold.said() if isinstance(message, Map)]
+                follower.receive_messages()
+                floors = [message for message, _, _ in follower.fold.take_messages() if isinstance(message, Map)]

@@ -9,7 +9,7 @@ import zenoh
 import zenoh.ext
 
 from swarm.bus import Endpoint, connect
-from swarm.bus.foreign import WAITING, Asked, Foreign
+from swarm.bus.foreign import WAITING, Foreign, ForeignRequest
 from swarm.errors import PeerError
 from tests.launch.actors import PATIENCE
 
@@ -77,16 +77,16 @@ def test_a_request_is_answered_at_once_or_later_or_refused(endpoint: Endpoint) -
         session.serve("asked", limit=4)
         replies: SimpleQueue[zenoh.Reply] = SimpleQueue()
 
-        def asked(*payloads: bytes) -> list[Asked]:
+        def asked(*payloads: bytes) -> list[ForeignRequest]:
             """Ask as ROS does, until the requests have come."""
             for payload in payloads:
                 other.get(
                     "asked", replies.put, payload=payload, attachment=b"mine",
                     target=zenoh.QueryTarget.ALL_COMPLETE, timeout=PATIENCE,
                 )  # fmt: skip
-            found: list[Asked] = []
+            found: list[ForeignRequest] = []
             while len(found) < len(payloads):
-                found += session.asked("asked")
+                found += session.take_queries("asked")
             return found
 
         querier: Any = other.declare_querier("asked", target=zenoh.QueryTarget.ALL_COMPLETE)
@@ -127,8 +127,8 @@ def test_what_comes_wakes_whoever_waits_and_is_news_once(endpoint: Endpoint) -> 
     woken = Event()
     with Foreign(endpoint, woken.set) as session, connect(endpoint) as other:
         session.listen("goal", limit=10)
-        assert not session.news()
+        assert not session.has_arrivals()
         while not woken.is_set():
             other.put("goal", b"there")
             woken.wait(0.1)
-        assert (session.news(), session.newest("goal")) == (True, b"there")
+        assert (session.has_arrivals(), session.newest("goal")) == (True, b"there")

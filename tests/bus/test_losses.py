@@ -20,7 +20,7 @@ def numbered(sender: int, number: int) -> bytes:
 def test_what_is_lost_between_two_that_come_is_counted(comes: list[bool]) -> None:
     sender, listener = Numbers(), Gaps()
     attached = [sender.attachment("key") for _ in comes]
-    lost = sum(listener.lost("key", one) for one, came in zip(attached, comes, strict=True) if came)
+    lost = sum(listener.count_lost("key", one) for one, came in zip(attached, comes, strict=True) if came)
     first, last = (comes.index(True), len(comes) - comes[::-1].index(True)) if True in comes else (0, 0)
     assert lost == comes[first:last].count(False)
 
@@ -32,8 +32,8 @@ def test_keys_are_counted_apart(sent: list[tuple[str, bool]]) -> None:
     for key, came in sent:
         attached = sender.attachment(key)
         if came:
-            lost[key] += together.lost(key, attached)
-            expected[key] += alone[key].lost(key, attached)
+            lost[key] += together.count_lost(key, attached)
+            expected[key] += alone[key].count_lost(key, attached)
     assert lost == expected
 
 
@@ -54,12 +54,12 @@ def test_keys_are_counted_apart(sent: list[tuple[str, bool]]) -> None:
 )
 def test_a_sequence_of_numbers(come: list[tuple[int, int]], lost: int) -> None:
     listener = Gaps()
-    assert sum(listener.lost("key", numbered(*one)) for one in come) == lost
+    assert sum(listener.count_lost("key", numbered(*one)) for one in come) == lost
 
 
 def test_a_message_without_a_number_changes_nothing() -> None:
     listener = Gaps()
-    assert [listener.lost("key", one) for one in (numbered(1, 1), None, numbered(1, 3))] == [0, 0, 1]
+    assert [listener.count_lost("key", one) for one in (numbered(1, 1), None, numbered(1, 3))] == [0, 0, 1]
 
 
 @pytest.mark.parametrize(
@@ -68,25 +68,25 @@ def test_a_message_without_a_number_changes_nothing() -> None:
 )
 def test_an_attachment_that_is_no_sequence_is_refused(attached: bytes) -> None:
     with pytest.raises(PeerError, match="key: attachment: expected"):
-        Gaps().lost("key", attached)
+        Gaps().count_lost("key", attached)
 
 
 def test_keys_without_end_do_not_fill_the_memory(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "MOST", 3)
     listener = Gaps()
     for key in "abcd":
-        listener.lost(key, numbered(1, 0))
-    assert listener.lost("a", numbered(1, 9)) == 0, "it was forgotten"
-    assert listener.lost("d", numbered(1, 9)) == 8
+        listener.count_lost(key, numbered(1, 0))
+    assert listener.count_lost("a", numbered(1, 9)) == 0, "it was forgotten"
+    assert listener.count_lost("d", numbered(1, 9)) == 8
 
 
 def test_the_key_silent_longest_is_forgotten_first(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "MOST", 2)
     listener = Gaps()
     for key, number in (("a", 0), ("b", 0), ("a", 1), ("c", 0)):
-        listener.lost(key, numbered(1, number))
-    assert listener.lost("a", numbered(1, 4)) == 2
-    assert listener.lost("b", numbered(1, 4)) == 0, "it was forgotten"
+        listener.count_lost(key, numbered(1, number))
+    assert listener.count_lost("a", numbered(1, 4)) == 2
+    assert listener.count_lost("b", numbered(1, 4)) == 0, "it was forgotten"
 
 
 def test_two_senders_have_different_numbers_of_their_own() -> None:

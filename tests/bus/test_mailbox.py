@@ -11,7 +11,7 @@ from time import monotonic
 import pytest
 
 from swarm.bus.mailbox import Mailbox
-from swarm.stopping import told_to_stop, wakers
+from swarm.stop_signal import stop_flag, wakers
 
 LONG = 30.0  # s, beyond the patience of this test
 SOON = 0.2  # s
@@ -41,7 +41,7 @@ def test_a_wait_ends_when_the_process_is_told_to_stop(timeout: float | None) -> 
     box = Mailbox[str]()
     box.open()
     try:
-        with told_to_stop() as stop, told_while_in("next"):
+        with stop_flag() as stop, told_while_in("next"):
             assert box.next(timeout) is None
             assert stop.is_set()
     finally:
@@ -61,7 +61,7 @@ def test_a_wait_whose_time_runs_out_while_the_signal_is_handled_ends_too() -> No
     wakers.add(slowly)
     box.open()
     try:
-        with told_to_stop() as stop, told_while_in("next"):
+        with stop_flag() as stop, told_while_in("next"):
             assert box.next(SOON) is None
             assert stop.is_set()
     finally:
@@ -73,7 +73,7 @@ def test_what_came_before_is_taken_first_and_a_closed_one_is_not_woken() -> None
     box = Mailbox[str]()
     box.open()
     box.put("first")
-    with told_to_stop():
+    with stop_flag():
         signal.raise_signal(signal.SIGTERM)
         assert [box.next(0.0), box.next(LONG), box.size()] == ["first", None, 0]
         box.close()

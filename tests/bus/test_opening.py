@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from swarm.bus.arrivals import Arrival, Link, Presence
 from swarm.bus.codec import decode, encode
-from swarm.bus.opening import ID, opened
+from swarm.bus.inbox_item import ID, decode_item
 from swarm.errors import PeerError
 from swarm.messages import CLOCK, COMMAND, EVENT, MAP, PLAN, RADIO, SENSE, STATE, TRUTH, Plan, Topic
 
@@ -29,7 +29,7 @@ PLAN_OF_R1 = encode(Plan(robot="r1", run=0, tick=3, points=[(0.0, 1.0)]))
 @given(topic=st.sampled_from(TOPICS), key=KEYS, payload=st.one_of(st.just(PLAN_OF_R1), st.binary(max_size=40)))
 def test_any_key_and_payload_is_an_arrival_or_refused(topic: Topic[Any], key: str, payload: bytes) -> None:
     try:
-        arrived = opened(PREFIX, ("sample", topic, PREFIX + key, payload))
+        arrived = decode_item(PREFIX, ("sample", topic, PREFIX + key, payload))
     except PeerError:
         return
     assert isinstance(arrived, Arrival)
@@ -40,7 +40,7 @@ def test_any_key_and_payload_is_an_arrival_or_refused(topic: Topic[Any], key: st
 @given(key=KEYS, alive=st.booleans())
 def test_any_token_is_a_presence_or_refused(key: str, alive: bool) -> None:
     try:
-        arrived = opened(PREFIX, ("token", f"{PREFIX}alive/{key}", alive))
+        arrived = decode_item(PREFIX, ("token", f"{PREFIX}alive/{key}", alive))
     except PeerError:
         return
     assert isinstance(arrived, Presence)
@@ -67,7 +67,7 @@ WRONG = {
 @pytest.mark.parametrize(("key", "says"), WRONG.items())
 def test_a_key_that_does_not_fit_its_topic_is_refused(key: str, says: str) -> None:
     with pytest.raises(PeerError, match=says):
-        opened(PREFIX, ("sample", PLAN, PREFIX + key, PLAN_OF_R1))
+        decode_item(PREFIX, ("sample", PLAN, PREFIX + key, PLAN_OF_R1))
 
 
 NAMES = st.lists(st.one_of(st.sampled_from(["v", "\xa1v", "vv"]), st.text(max_size=2)), max_size=20, unique=True)
@@ -85,5 +85,5 @@ def test_a_message_without_a_version_is_refused_wherever_the_version_would_be(na
 
 def test_the_link_of_another_fleet_is_no_key_of_this_one() -> None:
     with pytest.raises(PeerError, match="expected the key"):
-        opened(PREFIX, ("sample", PLAN, "swarm/v1/other/robot/r1/plan", PLAN_OF_R1))
-    assert opened(PREFIX, ("link", False)) == Link(up=False)
+        decode_item(PREFIX, ("sample", PLAN, "swarm/v1/other/robot/r1/plan", PLAN_OF_R1))
+    assert decode_item(PREFIX, ("link", False)) == Link(up=False)

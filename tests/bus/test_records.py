@@ -46,11 +46,11 @@ def test_a_record_that_came_in_bytes_goes_out_as_the_same_bytes() -> None:
     opened = OpenedRecords()
     record = opened.open(Raw(unusual))
     assert record == OTHER
-    assert bytes(opened.packed(record)) == unusual  # type: ignore[arg-type]
+    assert bytes(opened.packed_record(record)) == unusual  # type: ignore[arg-type]
 
 
 def test_a_record_that_did_not_come_in_bytes_is_passed_on_as_it_is() -> None:
-    assert OpenedRecords().packed(OTHER) is OTHER
+    assert OpenedRecords().packed_record(OTHER) is OTHER
 
 
 def test_old_records_make_room(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -58,8 +58,8 @@ def test_old_records_make_room(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(records, "ROOM", 3 * len(packed[0]))
     opened = OpenedRecords()
     first, *_, last = [opened.open(Raw(one)) for one in packed]
-    assert opened.packed(first) is first, "its bytes were dropped"
-    assert bytes(opened.packed(last)) == packed[-1]  # type: ignore[arg-type]
+    assert opened.packed_record(first) is first, "its bytes were dropped"
+    assert bytes(opened.packed_record(last)) == packed[-1]  # type: ignore[arg-type]
     assert opened.open(Raw(packed[0])) == first
 
 

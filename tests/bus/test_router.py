@@ -10,7 +10,7 @@ import psutil
 import pytest
 
 from swarm.bus import Endpoint
-from swarm.bus.router import Links
+from swarm.bus.router import RouterLinks
 from tests.launch.actors import FAREWELL
 
 pytestmark = pytest.mark.processes
@@ -35,7 +35,7 @@ def test_it_ends_when_any_of_its_threads_gets_the_signal(thread: str) -> None:
 
 def test_links_that_do_not_come_are_said_once() -> None:
     others = [Endpoint("10.0.0.1", 7447), Endpoint("10.0.0.2", 7447)]
-    links = Links(others, 0.0)
+    links = RouterLinks(others, 0.0)
     late = ("for 5 s, expected 2 at tcp/10.0.0.1:7447, tcp/10.0.0.2:7447; is each of them running, "
             "reachable from here, and of the same keys? This one goes on trying")  # fmt: skip
     told = [
@@ -52,8 +52,8 @@ def test_links_that_do_not_come_are_said_once() -> None:
         (1, 1005.0, f"linked with 1 other router {late}"),
     ]
     for linked, now, expected in told:
-        assert links.said(linked, now) == expected, now
-    alone = Links((), 0.0)
-    assert [alone.said(linked, now) for linked, now in ((0, 9.0), (1, 10.0), (0, 11.0), (0, 99.0))] == [
+        assert links.describe_links(linked, now) == expected, now
+    alone = RouterLinks((), 0.0)
+    assert [alone.describe_links(linked, now) for linked, now in ((0, 9.0), (1, 10.0), (0, 11.0), (0, 99.0))] == [
         None, "linked with 1 other router", "linked with 0 other routers", None,
     ]  # fmt: skip

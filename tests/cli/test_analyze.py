@@ -8,7 +8,7 @@ from msgspec.structs import replace
 
 from swarm.bus.codec import encode
 from swarm.cli import main
-from swarm.cli.offline.analyze import analysed, lines, table
+from swarm.cli.offline.analyze import analyse_run, format_analysis, table
 from swarm.messages import STATUS, Account, Activity, Liveness, RobotStatus, State, Status
 from tests.messages.examples import example_of
 from world.tasks.orders import MOST_TARGETS
@@ -35,7 +35,7 @@ def status_of(robots: Mapping[str, Account], **fields: object) -> Status:
 
 
 def test_the_total_is_that_of_the_robots() -> None:
-    total = analysed(status_of({"r1": DONE, "r2": HALF}), "f")["total"]
+    total = analyse_run(status_of({"r1": DONE, "r2": HALF}), "f")["total"]
     assert total == {
         "targets": 4, "reached": 3, "path_length": 17.0, "shortest_length": 19.0, "detour": 1.2, "waiting": 1.5,
         "replans": 3, "contacts": 1,
@@ -56,30 +56,30 @@ DETOURS: Mapping[str, tuple[Mapping[str, Account], float | None]] = {
 @pytest.mark.parametrize("name", DETOURS)
 def test_the_way_against_the_shortest(name: str) -> None:
     robots, expected = DETOURS[name]
-    assert analysed(status_of(robots), "f")["total"]["detour"] == pytest.approx(expected)
+    assert analyse_run(status_of(robots), "f")["total"]["detour"] == pytest.approx(expected)
 
 
 def test_the_table_has_a_row_for_each_robot_and_the_total() -> None:
-    rows = table(analysed(status_of({"r1": DONE, "r2": HALF}), "f"))
+    rows = table(analyse_run(status_of({"r1": DONE, "r2": HALF}), "f"))
     assert [list(row) for row in rows] == [
         ["robot", "targets at [s]", "way [m]", "shortest [m]", "ratio", "waited [s]", "for", "contacts", "replans"],
         ["r1", "4.0, 9.0", "12.0", "10.0", "1.20", "1.5", "r2 1.5", "0", "0"],
         ["r2", "3.0, -", "5.0", "9.0", "-", "0.0", "-", "2", "3"],
         ["total", "3 of 4", "17.0", "19.0", "1.20", "1.5", "", "1", "3"],
     ]
-    patrol = table(analysed(status_of({"r1": ROUND}), "f"))
+    patrol = table(analyse_run(status_of({"r1": ROUND}), "f"))
     assert [row[-1] for row in patrol] == ["laps", "2", ""]
 
 
 def test_the_lines_say_the_end_and_the_contacts() -> None:
     late = status_of({"r1": HALF}, reason="not reached: r1 target 2", time=20.0)
-    assert lines(analysed(late, "f", ["a note"])) == [
+    assert format_analysis(analyse_run(late, "f", ["a note"])) == [
         "small, run 0: not complete after 20.0 s: the tape ends here; not reached: r1 target 2",
         "note: a note",
         "contacts: 1 robot, 0 wall, 0 obstacle; smallest gap 0.25 m",
     ]
     calm = status_of({"r1": DONE}, complete=True, clearance_min=None)
-    first, rest = lines(analysed(calm, "f"))
+    first, rest = format_analysis(analyse_run(calm, "f"))
     assert first == "small, run 0: complete after 20.0 s"
     assert rest.endswith("smallest gap none")
 

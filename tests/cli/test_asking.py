@@ -7,7 +7,7 @@ import pytest
 
 from swarm.cli import main
 from tests.storm.shared import plan_of
-from tests.world.tape.made import made
+from tests.tape.made import made
 
 Capture = pytest.CaptureFixture[str]
 

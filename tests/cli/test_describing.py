@@ -6,11 +6,11 @@ import msgspec
 import pytest
 from msgspec.structs import replace
 
-from swarm.bridge.errand import End, Errand, How
+from swarm.bridge.errand import OrderEnd, OrderErrand, OrderOutcome
 from swarm.cli.look import logs
 from swarm.cli.look.silence import why
-from swarm.cli.look.status import described, one_of, shown
-from swarm.cli.steer.waiting import line
+from swarm.cli.look.status import format_robot, format_status, robot_as_json
+from swarm.cli.steer.order_progress import format_order_progress
 from swarm.errors import ConfigError
 from swarm.messages import (
     Account,
@@ -54,7 +54,7 @@ STATUS = Status(
 
 
 def test_one_robot_is_described_with_its_targets_its_waiting_and_its_events_of_this_run() -> None:
-    assert described(STATUS, "r1").splitlines() == [
+    assert format_robot(STATUS, "r1").splitlines() == [
         "r1 of paper: running at 30.9 s, run 1",
         "",
         "is         alive",
@@ -94,30 +94,30 @@ ODD: dict[str, tuple[dict[str, Any], dict[str, Any], str]] = {  # fields of the 
 def test_what_is_odd_about_a_robot_has_its_line(name: str) -> None:
     fields, measured, line = ODD[name]
     row = replace(ROW, account=replace(NOTHING, **measured), **fields)
-    assert line in described(replace(STATUS, robots=[row]), "r1").splitlines()
+    assert line in format_robot(replace(STATUS, robots=[row]), "r1").splitlines()
 
 
 def test_as_json_one_robot_has_all_that_the_world_tells_of_it() -> None:
-    told = msgspec.json.decode(msgspec.json.encode(one_of(STATUS, "r1")))
+    told = msgspec.json.decode(msgspec.json.encode(robot_as_json(STATUS, "r1")))
     assert (told["robot"], told["run"], told["phase"]) == ("r1", 1, "running")
     assert told["account"]["waits_for"] == {"r2": 3.5, "r4": 1.0}
     assert [one["text"] for one in told["events"]] == ["is at target 1"]
     assert set(RobotStatus.__struct_fields__) <= told.keys()
 
 
-@pytest.mark.parametrize("tell", [described, one_of])
+@pytest.mark.parametrize("tell", [format_robot, robot_as_json])
 def test_a_robot_that_is_none_is_refused_with_what_may_be_meant(tell: Any) -> None:  # noqa: ANN401
     with pytest.raises(ConfigError, match="status: expected a robot of the fleet, got 'r11'; did you mean 'r1'"):
         tell(STATUS, "r11")
 
 
 def test_the_table_has_a_line_for_each_robot() -> None:
-    assert [line.split()[0] for line in shown(STATUS).splitlines()] == ["paper:", "robot", "r1", "r2"]
+    assert [line.split()[0] for line in format_status(STATUS).splitlines()] == ["paper:", "robot", "r1", "r2"]
 
 
 def test_a_line_of_the_log_has_run_time_and_robot() -> None:
-    assert logs.line(event("is at target 1", run=2, time=121.75)) == "run 2    121.75 s  r1   is at target 1"
-    assert logs.line(event("the run is paused", robot=None)) == "run 1      7.00 s  -    the run is paused"
+    assert logs.format_event(event("is at target 1", run=2, time=121.75)) == "run 2    121.75 s  r1   is at target 1"
+    assert logs.format_event(event("the run is paused", robot=None)) == "run 1      7.00 s  -    the run is paused"
 
 
 # --- why nothing comes ---
@@ -161,32 +161,32 @@ REPLACED = event(
 REACHED = replace(STATUS, robots=[replace(ROW, account=replace(NOTHING, reached=[31.2, 40.0, 51.5]))])
 
 
-def wait() -> Errand:
-    return Errand("r1", ORDER, 3, run=1)
+def wait() -> OrderErrand:
+    return OrderErrand("r1", ORDER, 3, run=1)
 
 
 # fmt: off
-ENDS: dict[str, tuple[Message, End | None]] = {  # the end that one message is
+ENDS: dict[str, tuple[Message, OrderEnd | None]] = {  # the end that one message is
     "on its way":            (DRIVES, None),
     "all reached, it says":  (DONE, None),
-    "measured":              (REACHED, End(How.DONE, "r1: order morning is done: 3 targets reached, the last at 51.5 s")),
+    "measured":              (REACHED, OrderEnd(OrderOutcome.DONE, "r1: order morning is done: 3 targets reached, the last at 51.5 s")),
     "not measured":          (STATUS, None),
     "another's are":         (replace(REACHED, robots=[replace(REACHED.robots[0], robot="r2")]), None),
     "those after it are":    (replace(REACHED, robots=[replace(REACHED.robots[0], state=replace(DRIVES, assignment=4))]), None),
     "in the run before":     (replace(REACHED, run=0), None),
     "given up":              (replace(DONE, reached=[True, False, False], unreachable=[1, 2]),
-                              End(How.GIVEN_UP, "r1: order morning is not done: it has given up target 2, home")),
-    "replaced":              (REPLACED, End(How.REPLACED, "r1: order morning is not done: 2 left; superseded by order b update 0 (number 4)")),
+                              OrderEnd(OrderOutcome.GIVEN_UP, "r1: order morning is not done: it has given up target 2, home")),
+    "replaced":              (REPLACED, OrderEnd(OrderOutcome.REPLACED, "r1: order morning is not done: 2 left; superseded by order b update 0 (number 4)")),
     "cancelled":             (replace(REPLACED, kind="cancelled", text="order morning update 0 (number 3): 2 left; cancelled"),
-                              End(How.CANCELLED, "r1: order morning is not done: 2 left; cancelled")),
+                              OrderEnd(OrderOutcome.CANCELLED, "r1: order morning is not done: 2 left; cancelled")),
     "it replaces":           (replace(REPLACED, text="the scenario's targets (number 0): 4 left; superseded by order morning update 0 (number 3)"), None),
     "another's replaced":    (replace(REPLACED, robot="r2"), None),
     "told something":        (replace(REPLACED, kind="reached"), None),
-    "lost":                  (LOST, End(How.LOST, "r1: order morning is not done: r1 is lost; it goes on if a process takes its place")),
+    "lost":                  (LOST, OrderEnd(OrderOutcome.LOST, "r1: order morning is not done: r1 is lost; it goes on if a process takes its place")),
     "gone":                  (replace(LOST, presence={"r1": Seen(Liveness.GONE, 20.0)}), None),
     "another is lost":       (replace(LOST, presence={"r2": Seen(Liveness.LOST, 20.0)}), None),
-    "over":                  (replace(CLOCK, phase=Phase.OVER), End(How.OVER, "r1: order morning is not done: the run is over")),
-    "started again":         (replace(CLOCK, run=2), End(How.AGAIN, "r1: order morning is not done: the run was started again, without it")),
+    "over":                  (replace(CLOCK, phase=Phase.OVER), OrderEnd(OrderOutcome.OVER, "r1: order morning is not done: the run is over")),
+    "started again":         (replace(CLOCK, run=2), OrderEnd(OrderOutcome.AGAIN, "r1: order morning is not done: the run was started again, without it")),
     "the clock":             (CLOCK, None),
 }
 # fmt: on
@@ -195,15 +195,19 @@ ENDS: dict[str, tuple[Message, End | None]] = {  # the end that one message is
 @pytest.mark.parametrize("name", ENDS)
 def test_an_order_ends_with_what_ends_it(name: str) -> None:
     message, end = ENDS[name]
-    assert wait().take(message) == end
+    assert wait().apply_message(message) == end
 
 
 def test_the_world_is_asked_when_the_robot_says_it_has_nothing_left_of_the_order() -> None:
     one = wait()
-    assert (one.take(DRIVES), one.asks, one.past()) == (None, False, None)
-    assert (one.take(DONE), one.asks, one.past()) == (None, True, None)
+    assert (one.apply_message(DRIVES), one.asks, one.end_of_lost_order()) == (None, False, None)
+    assert (one.apply_message(DONE), one.asks, one.end_of_lost_order()) == (None, True, None)
     other = replace(DRIVES, assignment=4)
-    assert (one.take(other), one.asks, one.past()) == (None, True, End(How.DONE, "r1: order morning is done"))
+    assert (one.apply_message(other), one.asks, one.end_of_lost_order()) == (
+        None,
+        True,
+        OrderEnd(OrderOutcome.DONE, "r1: order morning is done"),
+    )
 
 
 # fmt: off
@@ -227,5 +231,5 @@ LINES: dict[str, tuple[list[Message], str]] = {
 def test_the_progress_of_an_order_is_a_line(name: str) -> None:
     messages, expected = LINES[name]
     one = wait()
-    assert [one.take(message) for message in messages] == [None] * len(messages)
-    assert line(one) == expected
+    assert [one.apply_message(message) for message in messages] == [None] * len(messages)
+    assert format_order_progress(one) == expected

@@ -12,7 +12,7 @@ import pytest
 
 from swarm.cli import main
 from swarm.cli.top import GROUPS, Top
-from swarm.scenario.shipped import shipped
+from swarm.scenario.shipped_scenarios import shipped_scenarios
 
 Capture = pytest.CaptureFixture[str]
 NAMES: Final = list(Top().commands.choices)
@@ -22,7 +22,7 @@ TYPED: Final = {  # what is typed before the tab, and the words that may come th
     "swarm stat":                       {"status"},
     "swarm go":                         {"go", "go-on"},
     "swarm help or":                    {"order"},
-    "swarm run c":                      {name for name in shipped() if name.startswith("c")},
+    "swarm run c":                      {name for name in shipped_scenarios() if name.startswith("c")},
     "swarm run paper --das":            {"--dashboard"},
     "swarm run paper --dashboard ":     {"auto", "viewer", "web", "box", "off"},
     "swarm edit w":                     {"wall"},

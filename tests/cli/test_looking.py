@@ -79,7 +79,7 @@ def test_on_a_key_on_which_nothing_comes_it_is_said_why_and_waited(waiting: Flee
         assert echo.process.poll() is None
         echo.process.send_signal(signal.SIGINT)
         assert echo.end() == 1
-        assert bus.refused == {}
+        assert bus.refused_counts == {}
 
 
 def test_a_fleet_that_waits_has_its_keys_listed(waiting: Fleet, capsys: Capture) -> None:

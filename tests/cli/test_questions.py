@@ -12,10 +12,10 @@ from platform import python_version
 import pytest
 
 from swarm.cli import main
+from swarm.cli.argument_parser import join_points
 from swarm.cli.offline import tools
-from swarm.cli.parsing import joined
 from swarm.fingerprint import fingerprint
-from swarm.installed import LIBRARIES
+from swarm.installation import LIBRARIES
 from swarm.messages import VERSION
 from swarm.messages.schema import kinds
 from tests.cli.saying import Capture, refused
@@ -173,8 +173,8 @@ def test_an_edit_without_a_fleet_says_so_negative_corners_or_not(tmp_runtime: Pa
 
 @pytest.mark.parametrize("point", ["-1,2", "-.5,-2", "-1.5e1,3"])
 def test_a_point_below_zero_is_no_flag(point: str) -> None:
-    assert joined(["order", "r1", point])[-1] == f" {point}"
-    assert joined(["plan", "--from", point])[-1] == f"--from={point}"
+    assert join_points(["order", "r1", point])[-1] == f" {point}"
+    assert join_points(["plan", "--from", point])[-1] == f"--from={point}"
 
 
 # fmt: off
@@ -204,7 +204,7 @@ def test_the_version_says_whether_the_package_is_compiled_and_what_it_is_made_of
         main(["--version"])
     assert ended.value.code == 0
     first, made, libraries = capsys.readouterr().out.splitlines()
-    assert re.fullmatch(r"zenoh-swarm [\d.]+ \((plain Python|compiled)\)", first)
+    assert re.fullmatch(r"zenoh-swarm [\d.]+", first)
     assert made == f"wire swarm/v{VERSION}, code {fingerprint()}, Python {python_version()}"
     assert set(LIBRARIES) <= {one.split()[0] for one in libraries.split(", ")}
 

@@ -8,10 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from swarm.bus import Sample
-from swarm.cli.look.echo import WIDTH, text
+from swarm.cli.look.echo import WIDTH, format_message
 from swarm.cli.look.rates import Beat, KeyTraffic, sender, topic_of
 from swarm.errors import ConfigError
-from swarm.launch.running import NAME, chosen, named
+from swarm.launch.fleet_registry import NAME, default_fleet_name, select_fleet
 from swarm.messages import REPLIES, TOPICS
 
 
@@ -142,24 +142,24 @@ CHOICES = {  # wanted, names that run: the chosen one, or what the sentence says
 def test_which_fleet_is_meant(name: str) -> None:
     wanted, names, expected = CHOICES[name]
     if expected in names:
-        assert chosen(wanted, names, "here") == expected
+        assert select_fleet(wanted, names, "here") == expected
     else:
         with pytest.raises(ConfigError, match=expected):
-            chosen(wanted, names, "here")
+            select_fleet(wanted, names, "here")
 
 
 @given(st.text(max_size=70), st.from_regex(r"[A-Za-z0-9_.:-]{1,64}", fullmatch=True))
 def test_every_user_gets_a_fleet_name_that_is_allowed(user: str, scenario: str) -> None:
-    assert re.match(NAME, named(scenario, user))
+    assert re.match(NAME, default_fleet_name(scenario, user))
 
 
 def test_two_users_do_not_meet() -> None:
-    assert named("paper", "anna") != named("paper", "ben")
+    assert default_fleet_name("paper", "anna") != default_fleet_name("paper", "ben")
 
 
 def test_a_message_is_shown_within_the_width_of_a_terminal() -> None:
     fields = {"robot": "r1", "held": list(range(100)), "text": "two\nlines"}
-    lines = text(sample("robot/r1/cmd", 0.0, size=7), fields).splitlines()
+    lines = format_message(sample("robot/r1/cmd", 0.0, size=7), fields).splitlines()
     assert lines[0] == "robot/r1/cmd  7 bytes"
     assert lines[1] == "  robot: r1"
     assert lines[2].startswith("  held: [0, 1, 2")

@@ -12,8 +12,8 @@ import pytest
 
 from swarm.cli import main
 from swarm.fingerprint import fingerprint
-from tests.world.tape.made import made
-from world.tape.reader import TapeFile
+from swarm.tape.reader import TapeFile
+from tests.tape.made import made
 
 TICKS: Final = 20
 SAME: Final = f"{2 * TICKS} answers, all as they were; digest "

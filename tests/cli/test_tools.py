@@ -10,16 +10,16 @@ import pytest
 import swarm.bus
 from swarm.bus import Endpoint, Sample
 from swarm.bus.codec import encode
-from swarm.cli import finding, main
-from swarm.cli.columns import aligned
-from swarm.cli.finding import FleetPlace
+from swarm.cli import fleet_lookup, main
+from swarm.cli.columns import align_rows
+from swarm.cli.fleet_lookup import FleetPlace
 from swarm.cli.look import echo as echo_room
 from swarm.cli.look import hz as hz_room
 from swarm.cli.look import ls as ls_room
 from swarm.cli.look import topics as topics_room
 from swarm.errors import ConfigError, PeerError
-from swarm.launch import running
-from swarm.launch.running import Card
+from swarm.launch import fleet_registry
+from swarm.launch.fleet_registry import Card
 from tests.messages.made import state
 
 Capture = pytest.CaptureFixture[str]
@@ -72,7 +72,7 @@ class Hear:
         self._monkeypatch.setattr(swarm.bus, "Tap", lambda *_: heard)
         for room in (hz_room, topics_room):
             self._monkeypatch.setattr(room, "monotonic", heard.clock)
-            self._monkeypatch.setattr(room, "place", lambda *_: PLACE)
+            self._monkeypatch.setattr(room, "find_fleet", lambda *_: PLACE)
 
 
 TENTHS = [0.05 + 0.1 * number for number in range(100)]
@@ -151,7 +151,7 @@ def test_what_a_receiver_would_refuse_is_refused(name: str) -> None:
 
 def test_nothing_in_a_column_is_cut() -> None:
     rows = [("key", "Hz", ""), ("k" * 200, "1.0", "x"), ("k", "100.0", "")]
-    lines = aligned(rows, right=[1]).splitlines()
+    lines = align_rows(rows, right=[1]).splitlines()
     assert lines == [f"{'key':200}     Hz", f"{'k' * 200}    1.0  x", f"{'k':200}  100.0"]
 
 
@@ -163,9 +163,9 @@ def test_only_the_fleet_that_is_named_is_asked(monkeypatch: pytest.MonkeyPatch, 
         return dict.fromkeys(("time", "robots", "present")) | {"fleet": fleet, "router": router, "phase": "running"}
 
     cards = [Card(name, f"tcp/{name}:7447", 12, box=f"http://{name}") for name in ("a", "b", "c")]
-    monkeypatch.setattr(running, "cards", lambda: cards)
+    monkeypatch.setattr(fleet_registry, "cards", lambda: cards)
     monkeypatch.setattr(swarm.bus, "fleets", lambda _: ["a", "b", "c"])
-    monkeypatch.setattr(ls_room, "asked", answer)
+    monkeypatch.setattr(ls_room, "query_world", answer)
     assert main(["ls", "--fleet", "b"]) == 0
     assert capsys.readouterr().out.splitlines()[1].split() == ["b", "tcp/b:7447", "running", "12"]
     assert main(["ls", "--fleet", "b", "--connect", "tcp/127.0.0.1:7447"]) == 0
@@ -198,8 +198,8 @@ def test_only_a_robot_names_its_process_by_its_id(arguments: str, monkeypatch: p
         raise ConfigError("expected a fleet, found none")
 
     monkeypatch.setattr("swarm.process_name.name_process", named.append)
-    monkeypatch.setattr("swarm.cli.finding.awaited", nowhere)
-    monkeypatch.setattr("swarm.cli.finding.place", nowhere)
+    monkeypatch.setattr("swarm.cli.fleet_lookup.await_fleet", nowhere)
+    monkeypatch.setattr("swarm.cli.fleet_lookup.find_fleet", nowhere)
     assert main(arguments.split()) == 2
     assert named == [NAMED[arguments]]
 
@@ -210,7 +210,7 @@ def test_a_sentence_that_begins_with_the_programs_name_is_kept(
     def wrong(*_: object) -> None:
         raise ConfigError("swarm fleets are many")
 
-    monkeypatch.setattr("swarm.cli.finding.awaited", wrong)
+    monkeypatch.setattr("swarm.cli.fleet_lookup.await_fleet", wrong)
     assert main(["robot"]) == 2
     assert capsys.readouterr().err == "swarm: swarm fleets are many\n"
 
@@ -224,9 +224,9 @@ def test_a_robot_that_waits_for_a_world_asks_in_one_session(monkeypatch: pytest.
         opened.append(router)
         yield "session"
 
-    monkeypatch.setattr(finding, "LOOK_EVERY", 0.0)
+    monkeypatch.setattr(fleet_lookup, "LOOK_EVERY", 0.0)
     monkeypatch.setattr(swarm.bus, "connect", connect)
     monkeypatch.setattr(swarm.bus, "names_on", lambda session, role: answers.pop(0))
-    assert finding.awaited(PLACE.endpoint) == "one"
+    assert fleet_lookup.await_fleet(PLACE.endpoint) == "one"
     assert (len(opened), answers) == (1, [])
     assert capsys.readouterr().out == "fleet one\n"

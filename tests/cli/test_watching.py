@@ -12,7 +12,7 @@ from msgspec import structs
 from swarm.bus import Endpoint
 from swarm.bus.foreign import Stranger
 from swarm.cli import main
-from swarm.launch.running import named
+from swarm.launch.fleet_registry import default_fleet_name
 from swarm.messages import CLOCK, MAP, STATE, Map, Phase
 from swarm.scenario.load import Scenario
 from tests.cli.saying import Capture, refused, said
@@ -120,7 +120,7 @@ def test_a_world_and_a_robot_that_are_told_no_fleet_meet_and_the_world_has_its_u
         Command("robot", *wire, runtime=tmp_runtime) as robot,
         Command("world", str(small), "--robots", "1", "--pace", "max", *wire, runtime=tmp_runtime) as world,
     ):
-        assert robot.await_line("fleet ").split()[1] == named("small")
+        assert robot.await_line("fleet ").split()[1] == default_fleet_name("small")
         assert world.end() == 0, world.text
 
 
@@ -134,8 +134,8 @@ def test_a_message_that_is_not_what_its_key_says_is_told_and_passed_over(
         Command("echo", "**", "--once", "--connect", str(endpoint), runtime=tmp_runtime) as echo,
     ):
         while "elsewhere: " not in echo.text or "world/clock: " not in echo.text:
-            stranger.put("world/clock", b"nonsense")
-            stranger.put("elsewhere", b"nonsense")
+            stranger.send_bytes("world/clock", b"nonsense")
+            stranger.send_bytes("elsewhere", b"nonsense")
             assert echo.process.poll() is None, echo.text
             assert bus.receive(0.05) is None
         bus.send(CLOCK, clock(1))

@@ -39,8 +39,8 @@ from swarm.messages import (
     Truth,
 )
 from swarm.messages.traffic import Entry, Epoch, JointPlan, Record, Relayed, TrafficBroadcast
-from swarm.scenario.load import Scenario, checked
-from swarm.scenario.prepare import settled
+from swarm.scenario.load import Scenario, check_values
+from swarm.scenario.prepare import settle_lattice
 from swarm.traffic.lattice.placement import cells_of
 
 RATE: Final = 20  # Hz
@@ -85,8 +85,8 @@ def scenario() -> Scenario:
         "start": {"area": [0.7, 0.7, 4.0, 3.0]},
         "targets": [list(target) for target in TARGETS],
     }
-    settings = checked(told, "rehearsal")
-    return settled(Scenario(settings, from_text(DRAWN, 0.5), load_profile("paper")))
+    settings = check_values(told, "rehearsal")
+    return settle_lattice(Scenario(settings, from_text(DRAWN, 0.5), load_profile("paper")))
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """What a dashboard hears of a fleet's radio on a real wire."""
 
+from dashboard.fleet_listener import FleetListener
 from dashboard.fold.state import ALL
-from dashboard.listening import Listener
 from swarm.bus import Arrival, Bus
 from swarm.messages import RADIO
 from tests.conftest import MakeBus
@@ -12,7 +12,7 @@ ROUNDS = 40
 
 def test_it_listens_to_whom_it_turns_to_and_no_longer(make_bus: MakeBus) -> None:
     bus, other = make_bus(), make_bus()
-    listener = Listener(bus)
+    listener = FleetListener(bus)
     for robots, expected in (({"r2"}, {"r2"}), ({ALL}, {"r1", "r2", "r3"}), ({"r1"}, {"r1"})):
         listener.turn_to(frozenset(robots))
         rounds = (heard(bus, other, tick) for tick in range(ROUNDS))

@@ -6,16 +6,16 @@ from typing import Any
 import pytest
 from mcap.reader import make_reader
 
+from swarm.blackbox.replay.replay import Replay
+from swarm.blackbox.replay.wire import Wire
 from swarm.bus.codec import decode
 from swarm.cli import main
 from swarm.messages import Broadcast, Clock, Event, Map, Message, Phase, Plan, State, Status, Truth
 from swarm.messages.schema import schema_of
+from swarm.tape.reader import TapeFile
+from tests.blackbox.explain.recorded import Recorded
 from tests.storm.shared import plan_of
-from tests.world.explain.recorded import Recorded
-from tests.world.tape.made import made
-from world.replay.replay import Replay
-from world.replay.wire import Wire
-from world.tape.reader import TapeFile
+from tests.tape.made import made
 
 Capture = pytest.CaptureFixture[str]
 KINDS = {f"swarm.{kind.__name__}": kind for kind in (Broadcast, Clock, Event, Map, Plan, State, Status, Truth)}

@@ -28,7 +28,7 @@ def test_where_the_dashboard_is_shown(monkeypatch: pytest.MonkeyPatch, name: str
     asked, screen, installed, record, beside_a_fleet, expected = CHOSEN[name]
     monkeypatch.setattr(mode, "find_spec", lambda package: object() if installed else None)
     environ = {variable: ":0" if screen else ""}
-    assert mode.resolved(asked, environ) == beside_a_fleet
+    assert mode.resolve_auto(asked, environ) == beside_a_fleet
     assert mode.choose(asked, environ, record=record) == expected
 
 

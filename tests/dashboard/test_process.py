@@ -160,7 +160,7 @@ def test_a_window_stays_after_the_run_and_closes_when_the_dashboard_is_stopped(
     stop = threading.Event()
     if stopped:
         stop.set()
-    monkeypatch.setattr(process, "told_to_stop", lambda: nullcontext(stop))
+    monkeypatch.setattr(process, "stop_flag", lambda: nullcontext(stop))
     rehearsal = Rehearsal(2)
     with Bus(endpoint, "test") as bus:
         world = World(bus, rehearsal)

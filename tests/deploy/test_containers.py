@@ -81,7 +81,7 @@ def no_kernel_is_compiled_at_start(engine: Engine) -> None:
     for role in LARGEST:
         said = engine.podman(
             "run", "--rm", "--network", "none", *CONFINED, "--env", "NUMBA_DEBUG_CACHE=1", "--entrypoint", "python",
-            f"zenoh-swarm-{role}", "-m", "swarm.compiled",
+            f"zenoh-swarm-{role}", "-m", "swarm.kernels",
         )  # fmt: skip
         words = COMPILES.findall(said)
         assert len(words) > 10

@@ -49,7 +49,7 @@ class Version:
 def test_router_world_and_robots_are_replaced_by_another_version(tmp_path: Path, tmp_runtime: Path) -> None:
     old, new = Version(), Version(tmp_path / "new")
     assert old.code() != new.code()
-    with new.start("--version", module="swarm.compiled") as compiling:  # the copy has no compiled kernels
+    with new.start("--version", module="swarm.kernels") as compiling:  # the copy has no compiled kernels
         compiling.communicate(timeout=PATIENCE)
     endpoint = Endpoint("127.0.0.1", 0).claim()
     longer = SMALL.replace("targets: [", "targets: [[2.5, 6.0], [9.5, 4.0], [2.5, 2.0], [9.5, 6.0], [2.5, 4.0], ")

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 import yaml
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from swarm.errors import ConfigError
@@ -246,7 +246,6 @@ def test_a_third_behaviour_is_one_too_many(tmp_path: Path) -> None:
 
 
 @given(st.integers(0, len(PAPER_TEXT) - 1), st.integers(0, 12), st.text("0159 .,:|[]{}#-\n\tnearmdiuf", max_size=6))
-@settings(max_examples=150, deadline=None)
 def test_a_damaged_file_is_refused_or_still_a_whole_profile(place: int, cut: int, put: str) -> None:
     text = PAPER_TEXT[:place] + put + PAPER_TEXT[place + cut :]
     try:
@@ -275,7 +274,6 @@ PLACES = [
 
 
 @given(st.sampled_from(PLACES), plain)
-@settings(max_examples=150, deadline=None)
 def test_whatever_comes_over_the_wire_is_a_profile_or_refused(place: tuple[str, ...], value: object) -> None:
     document = load_profile("careful").to_builtins()
     inner: dict[str, object] = document

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from swarm.fuzzy.kernel import centroid
@@ -38,7 +38,6 @@ def dense(trapezoids: list[tuple[float, ...]], heights: list[float]) -> float:
 
 
 @given(shapes)
-@settings(max_examples=150, deadline=None)
 def test_the_closed_form_is_the_dense_integrals(shape: list[tuple[list[int], float]]) -> None:
     trapezoids = [tuple(x / 10 for x in corners) for corners, _ in shape]
     heights = [height for _, height in shape]

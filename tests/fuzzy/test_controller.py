@@ -8,7 +8,7 @@ from typing import cast
 
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from swarm.fuzzy import ControlInputError, Controller, kernel, load_profile
@@ -49,7 +49,6 @@ def test_reference_values(row: tuple[float, ...]) -> None:
 
 
 @given(distances, distances, distances, headings)
-@settings(max_examples=60, deadline=None)
 def test_the_centroid_is_the_dense_integrals(left: float, front: float, right: float, heading: float) -> None:
     expected = oracle.wheel_speeds(left, front, right, heading)
     assert PAPER.wheel_speeds(left, front, right, heading) == pytest.approx(expected, abs=1e-6)
@@ -98,7 +97,6 @@ def test_many_rows_are_the_single_ones_bit_for_bit() -> None:
 
 
 @given(distances, distances, distances, headings)
-@settings(deadline=None)
 def test_plain_python_gives_the_compiled_bits(left: float, front: float, right: float, heading: float) -> None:
     plain = cast(Callable[..., tuple[float, float, float]], vars(kernel)["infer_into"].py_func)
     tables = PAPER.tables

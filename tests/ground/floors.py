@@ -52,8 +52,8 @@ class Overheard:
         self.said.append(outputs)
         return outputs
 
-    def missed(self, sense: Sense) -> bool:
-        return self.robot.missed(sense)
+    def has_missed_edits(self, sense: Sense) -> bool:
+        return self.robot.has_missed_edits(sense)
 
     def first_plan_from(self, tick: int) -> tuple[int, list[Point]]:
         """Tick and points of the first plan told at that tick or later."""

@@ -190,7 +190,7 @@ def test_an_edit_that_changes_nothing_is_none() -> None:
 def test_an_edit_fills_exactly_the_cells_that_its_rectangle_meets(corners: tuple[float, ...]) -> None:
     scenario = two_doors()
     x0, y0, x1, y1 = corners
-    floor_, low, high = scenario.map.edited(WALL, (x0, y0), (x1, y1))
+    floor_, low, high = scenario.map.edit_rectangle(WALL, (x0, y0), (x1, y1))
     rows, columns = scenario.map.shape
     within = {
         (row, column)
@@ -210,7 +210,7 @@ def test_an_edit_fills_exactly_the_cells_that_its_rectangle_meets(corners: tuple
 
 def test_a_line_along_the_border_of_two_cells_is_a_wall_one_cell_thick() -> None:
     scenario = two_doors()
-    floor_, low, high = scenario.map.edited(WALL, (3.0, 2.0), (3.0, 5.0))
+    floor_, low, high = scenario.map.edit_rectangle(WALL, (3.0, 2.0), (3.0, 5.0))
     assert (low, high) == ((2, 3), (5, 4))
     assert (floor_.cells[2:5, 3] == WALL).all()
 
@@ -251,7 +251,7 @@ def test_a_robot_that_comes_late_has_the_edits_and_takes_none_twice() -> None:
     sense = world.senses(lockstep=True)["r1"]
     assert (sense.edits_before, len(sense.edits)) == (0, 2)
     late = brain_of(replace(two_doors(), map=world.bodies.floor), edits=2)
-    assert not late.missed(sense)
+    assert not late.has_missed_edits(sense)
     world.edit(edit(Kind.WALL, UPPER))
     outputs = late.step(Inputs(world.senses(lockstep=True)["r1"], []))
     assert outputs.plan is not None
@@ -268,9 +268,9 @@ def test_a_robot_that_missed_an_edit_for_good_knows_it_and_asks_for_the_map() ->
         world.step({})
     sense = world.senses(lockstep=True)["r1"]
     assert sense.edits == []
-    assert robot.missed(sense)
+    assert robot.has_missed_edits(sense)
     robot.take_map(replace(scenario, map=world.bodies.floor), world.bodies.edits)
-    assert not robot.missed(sense)
+    assert not robot.has_missed_edits(sense)
     outputs = robot.step(Inputs(sense, []))
     assert outputs.plan is not None
     assert keeps_clear(outputs.plan.points, 0.2, ((5.0, 6.0), (6.0, 7.0)))

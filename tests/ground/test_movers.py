@@ -65,7 +65,7 @@ PLACES = {  # loop, time [s] at 1 m/s -> x, y, yaw
 @pytest.mark.parametrize("name", PLACES)
 def test_a_mover_is_where_its_way_and_speed_put_it(name: str) -> None:
     loop, time, (x, y, yaw) = PLACES[name]
-    pose = Patrol(MoverSettings(waypoints=WAY, speed=1.0, radius=0.3, loop=loop)).at(time)
+    pose = Patrol(MoverSettings(waypoints=WAY, speed=1.0, radius=0.3, loop=loop)).pose_at(time)
     assert (pose.x, pose.y) == pytest.approx((x, y))
     assert yaw is None or pose.yaw == pytest.approx(yaw)
 
@@ -73,7 +73,7 @@ def test_a_mover_is_where_its_way_and_speed_put_it(name: str) -> None:
 @given(st.floats(0, 1000), st.floats(0.01, 5), st.booleans())
 def test_a_mover_never_leaps(time: float, speed: float, loop: bool) -> None:
     patrol = Patrol(MoverSettings(waypoints=WAY, speed=speed, radius=0.3, loop=loop))
-    a, b = patrol.at(time), patrol.at(time + 0.05)
+    a, b = patrol.pose_at(time), patrol.pose_at(time + 0.05)
     assert hypot(b.x - a.x, b.y - a.y) <= speed * 0.05 + 1e-6
 
 

@@ -16,14 +16,14 @@ from typing import Any, Final, Self, TypeVar
 
 import psutil
 
+from swarm.blackbox.replay.judge import Watch
+from swarm.blackbox.replay.replay import replay_tape
 from swarm.bus import Arrival, Bus, Endpoint, Presence
 from swarm.errors import ConfigError, SwarmError
 from swarm.messages import CLOCK, EVENT, SENSE, STATUS, Clock, Event, Phase, Sense, Status
 from swarm.scenario.load import Scenario
-from world.replay.judge import Watch
-from world.replay.replay import replayed
+from swarm.tape.reader import TapeFile
 from world.simulate import Simulation
-from world.tape.reader import TapeFile
 
 T = TypeVar("T")
 
@@ -80,8 +80,8 @@ def judge_tapes(runtime: Path, breaks: Collection[str] = ()) -> None:
     """
     for path in sorted(runtime.glob("zenoh-swarm-*/*.swarm")):
         watch = Watch()
-        replay = replayed(TapeFile(path), watch.take)
-        broken = [one for one in watch.judged() if one.law not in breaks]
+        replay = replay_tape(TapeFile(path), watch.take)
+        broken = [one for one in watch.judge_laws() if one.law not in breaks]
         found = [one for one in (replay.difference, *broken) if one is not None]
         assert not found, f"{path}: {found}"
 

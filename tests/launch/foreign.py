@@ -38,7 +38,7 @@ class ForeignRobot:
     def __init__(self, welcome: Welcome) -> None:
         self.brain = module().Brain(plain(welcome))
 
-    def missed(self, sense: Sense) -> bool:
+    def has_missed_edits(self, sense: Sense) -> bool:
         """Return False: the scenarios have no edits."""
         return False
 

@@ -41,7 +41,7 @@ def assert_agrees(found: dict[str, Any], report: dict[str, Any]) -> None:
         assert found["total"][field] == sum(row[field] for row in rows)
 
 
-@pytest.mark.costs("a mission, which is run again from its tape")
+@pytest.mark.long("a whole mission and its replay")
 @pytest.mark.parametrize("pace", mostly_long("a whole mission in real time", ["max", "20"], "max"))
 def test_a_tape_agrees_with_the_report_to_the_last_digit(tmp_runtime: Path, pace: str) -> None:
     tape = tmp_runtime / "run.swarm"

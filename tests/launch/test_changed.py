@@ -12,10 +12,10 @@ import pytest
 from swarm.bus.codec import decode, encode
 from swarm.errors import ConfigError
 from swarm.launch.options import Options, ready
-from swarm.launch.setup import answered, as_set, changed
+from swarm.launch.setup import answer_setup, as_set, change_options
 from swarm.messages import DRAWING_LIMIT, SETUP, Accepted, Clock, Phase, Setup
 from swarm.scenario.load import Scenario, load
-from swarm.scenario.shipped import file_of, shipped
+from swarm.scenario.shipped_scenarios import file_of, shipped_scenarios
 from swarm.scenario.starts import starts
 from tests.launch.actors import SMALL
 
@@ -41,11 +41,11 @@ def without_start(scenario: Scenario) -> dict[str, Any]:
     return raw | {"start": None}
 
 
-@pytest.mark.parametrize("name", shipped())
+@pytest.mark.parametrize("name", shipped_scenarios())
 def test_the_set_up_that_a_fleet_tells_sets_up_the_same_mission(name: str) -> None:
     before = ready(options_of(load(file_of(name))))
     told = decode(encode(as_set(before)), Setup, SETUP.limit)
-    after = changed(told, before)
+    after = change_options(told, before)
     assert (after.robots, after.seed, after.limit) == (before.robots, before.seed, before.limit)
     assert missions(after) == missions(before)
     assert without_start(after.scenario) == without_start(before.scenario)
@@ -54,10 +54,10 @@ def test_the_set_up_that_a_fleet_tells_sets_up_the_same_mission(name: str) -> No
 
 
 def test_the_running_scenario_named_again_keeps_its_robots(small_fleet: Options) -> None:
-    three = changed(Setup(scenario=None, robots=3), small_fleet)
-    assert changed(Setup(scenario="small"), three).robots == 3
-    assert changed(Setup(scenario="small", speed=0.3), three).robots == 3
-    assert changed(Setup(scenario="small", robots=1), three).robots == 1
+    three = change_options(Setup(scenario=None, robots=3), small_fleet)
+    assert change_options(Setup(scenario="small"), three).robots == 3
+    assert change_options(Setup(scenario="small", speed=0.3), three).robots == 3
+    assert change_options(Setup(scenario="small", robots=1), three).robots == 1
 
 
 # fmt: off
@@ -72,7 +72,7 @@ NUMBERS: dict[str, tuple[dict[str, Any], Callable[[Options], Any]]] = {  # given
 @pytest.mark.parametrize("name", NUMBERS)
 def test_seed_and_limit_are_those_of_the_named_scenario_unless_they_were_given(name: str, small_fleet: Options) -> None:
     given, expected = NUMBERS[name]
-    paper = changed(Setup(scenario="paper"), replace(small_fleet, **given))
+    paper = change_options(Setup(scenario="paper"), replace(small_fleet, **given))
     assert paper.scenario.settings.seed != 7
     assert (paper.seed, paper.limit) == expected(paper)
 
@@ -80,7 +80,7 @@ def test_seed_and_limit_are_those_of_the_named_scenario_unless_they_were_given(n
 def test_a_fleet_that_stays_has_no_limit_of_its_own(tmp_path: Path) -> None:
     (path := tmp_path / "small.yaml").write_text(SMALL)
     stays = ready(options_of(load(path, serve=True)))
-    paper = changed(Setup(scenario="paper"), stays)
+    paper = change_options(Setup(scenario="paper"), stays)
     assert (stays.limit, paper.limit, paper.scenario.settings.serve) == (inf, inf, True)
 
 
@@ -90,11 +90,11 @@ def test_no_file_of_the_working_directory_is_read_for_a_request(
     monkeypatch.chdir(tmp_path)
     for name in ("paper", "secret.yaml"):
         Path(name).write_text("name: secret\n")
-    assert changed(Setup(scenario="paper"), small_fleet).scenario.settings.name == "paper"
+    assert change_options(Setup(scenario="paper"), small_fleet).scenario.settings.name == "paper"
     with pytest.raises(
         ConfigError, match=r"setup: scenario: expected one that comes with the project, got 'secret.yaml'"
     ):
-        changed(Setup(scenario="secret.yaml"), small_fleet)
+        change_options(Setup(scenario="secret.yaml"), small_fleet)
 
 
 def test_a_drawing_that_is_too_large_to_tell_is_kept_in_a_request(tmp_path: Path) -> None:
@@ -108,7 +108,7 @@ def test_a_drawing_that_is_too_large_to_tell_is_kept_in_a_request(tmp_path: Path
     large = ready(options_of(load(path)))
     told = decode(encode(as_set(large)), Setup, SETUP.limit)
     assert (told.map, told.cell) == (None, None)
-    assert changed(told, large).scenario.map.shape == (side, side)
+    assert change_options(told, large).scenario.map.shape == (side, side)
 
 
 class Asked:
@@ -146,7 +146,7 @@ ANSWERS: dict[str, tuple[Setup, Clock | None, int, str]] = {  # request, the wor
 def test_a_request_is_answered_with_a_sentence(name: str, small_fleet: Options) -> None:
     message, told, added, sentence = ANSWERS[name]
     asked: Any = Asked(message)
-    another = answered(asked, small_fleet, lambda: told, added)
+    another = answer_setup(asked, small_fleet, lambda: told, added)
     assert asked.answer == sentence
     assert (None if another is None else another.run) == (5 if "is set up" in sentence else None)
 
@@ -157,5 +157,5 @@ def test_the_phase_is_asked_for_after_everything_else_is_checked(small_fleet: Op
     def never() -> None:
         raise AssertionError("the clock was asked for, though the set-up is wrong")
 
-    assert answered(asked, small_fleet, never) is None
+    assert answer_setup(asked, small_fleet, never) is None
     assert "start.poses: expected at least 9 poses" in asked.answer

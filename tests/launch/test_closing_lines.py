@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from dashboard.terminal import ROWS
-from swarm.launch.summary import closing_lines, summary_of, told_of_recordings, told_of_tape
+from swarm.launch.summary import format_recordings, format_tape_line, summary_lines, summary_of
 from swarm.scenario.load import Scenario
 from world.simulate import Simulation
 
@@ -22,7 +22,7 @@ WHOLE = b"RRF2 chunks RRF2FOOT\1\0\0\0"
 
 
 def test_how_it_went_is_said_in_words() -> None:
-    assert closing_lines(SUMMARY, []) == [
+    assert summary_lines(SUMMARY, []) == [
         "complete",
         "  exit status 1: complete, but stopping would have avoided 1 contact",
         "  simulated 104.2 s in 2.0 s (52.1 x real time), 3 late commands",
@@ -34,7 +34,7 @@ def test_how_it_went_is_said_in_words() -> None:
 
 def test_what_went_wrong_comes_first_and_recordings_last() -> None:
     wrong = SUMMARY | {"complete": False, "reason": "r1 stands", "clearance_min": None, "lost": ["r2", "r3"]}
-    lines = closing_lines(wrong, ["recorded: run.rrd"])
+    lines = summary_lines(wrong, ["recorded: run.rrd"])
     assert lines[0] == "not complete: r1 stands"
     assert lines[3].endswith("smallest gap none")
     assert lines[-2:] == [
@@ -45,9 +45,9 @@ def test_what_went_wrong_comes_first_and_recordings_last() -> None:
 
 def test_the_tape_of_a_run_is_said_with_what_to_do_with_it(tmp_path: Path) -> None:
     tape = tmp_path / "small.swarm"
-    assert told_of_tape(tape) == [], "its disk was full"
+    assert format_tape_line(tape) == [], "its disk was full"
     tape.touch()
-    assert told_of_tape(tape) == [f"tape: {tape}  (run it again with: swarm replay {tape})"]
+    assert format_tape_line(tape) == [f"tape: {tape}  (run it again with: swarm replay {tape})"]
 
 
 @pytest.mark.parametrize(
@@ -68,7 +68,7 @@ def test_every_recording_of_the_run_is_said_and_what_a_cut_one_lacks(
     since.touch()
     for name, content in written.items():
         (tmp_path / name).write_bytes(content)
-    lines = told_of_recordings(tmp_path / "run.rrd", starts, since.stat().st_mtime_ns)
+    lines = format_recordings(tmp_path / "run.rrd", starts, since.stat().st_mtime_ns)
     assert len(lines) == len(said)
     assert all(line.startswith(expected.format(tmp_path)) for line, expected in zip(lines, said, strict=True))
 
@@ -78,8 +78,8 @@ def test_a_recording_of_another_day_is_not_said(tmp_path: Path) -> None:
     record.write_bytes(WHOLE)
     since.touch()
     os.utime(record, (0, 0))
-    assert told_of_recordings(record, 1, since.stat().st_mtime_ns) == [f"not recorded: {record} was not written"]
-    assert told_of_recordings(None, 0, 0) == []
+    assert format_recordings(record, 1, since.stat().st_mtime_ns) == [f"not recorded: {record} was not written"]
+    assert format_recordings(None, 0, 0) == []
 
 
 @pytest.mark.parametrize(
@@ -101,7 +101,7 @@ def test_the_summary_says_why_a_run_ended(tmp_path: Path, report: str | None, tr
 
 
 def test_a_world_that_ended_without_a_report_leaves_its_reason() -> None:
-    assert closing_lines({"complete": False, "reason": "world ended with status 2"}, []) == [
+    assert summary_lines({"complete": False, "reason": "world ended with status 2"}, []) == [
         "not complete: world ended with status 2",
         "  exit status 1: the world wrote no report, so nobody knows whether anything was touched",
     ]
@@ -120,7 +120,7 @@ def test_a_world_that_ended_without_a_report_leaves_its_reason() -> None:
 )
 def test_the_exit_status_is_said_with_its_rule(complete: bool, avoidable: int, walls: int, said: str) -> None:
     contacts = {"contacts": {"robot": 0, "wall": walls, "obstacle": 0}, "avoidable_contacts": avoidable}
-    lines = closing_lines(SUMMARY | contacts | {"complete": complete, "passed": complete and not avoidable}, [])
+    lines = summary_lines(SUMMARY | contacts | {"complete": complete, "passed": complete and not avoidable}, [])
     assert lines[1] == f"  {said}"
 
 
@@ -155,7 +155,7 @@ def test_a_large_fleet_is_told_as_totals_and_the_few_that_need_attention(name: s
     }
     fleet = usual | special
     lacking = sum(each["reached"].count(None) for each in special.values() if not each["laps"])
-    assert closing_lines(SUMMARY | {"per_robot": fleet}, [])[5:] == [
+    assert summary_lines(SUMMARY | {"per_robot": fleet}, [])[5:] == [
         f"  {ROWS + 20} robots reached {2 * (ROWS + 20) - lacking} of {2 * (ROWS + 20)} targets",
         "  each drove 20.0 m to 31.0 m and waited at most 8.0 s",
         *(f"  {line}" for line in few),
@@ -164,16 +164,16 @@ def test_a_large_fleet_is_told_as_totals_and_the_few_that_need_attention(name: s
 
 def test_of_many_robots_that_lack_stops_only_the_first_are_told() -> None:
     fleet = {f"r{number}": row([None]) for number in range(ROWS + 5)}
-    lines = closing_lines(SUMMARY | {"per_robot": fleet}, [])
+    lines = summary_lines(SUMMARY | {"per_robot": fleet}, [])
     assert len([line for line in lines if line.startswith("  r")]) == ROWS
     assert lines[-1] == "  and 5 more that lack targets or touched something; --report FILE has all"
 
 
 def test_robots_that_shared_a_process_are_said() -> None:
-    lines = closing_lines(SUMMARY | {"robots_per_process": 8}, [])
+    lines = summary_lines(SUMMARY | {"robots_per_process": 8}, [])
     assert lines[5] == "  robots per process: up to 8"
     assert lines[6].startswith("  r1: ")
 
 
 def test_a_report_has_all_that_is_said(paper: Scenario) -> None:
-    assert len(closing_lines(Simulation.of(paper, 2, 1).run(limit=1.0), [])) == 8
+    assert len(summary_lines(Simulation.of(paper, 2, 1).run(limit=1.0), [])) == 8

@@ -78,7 +78,7 @@ ENDED: Final = {  # the signal, None: there is none; whether all processes get i
     "a reader that goes away":     (None,           False, True),
 }
 # fmt: on
-OFTEN: Final = [name for name in ENDED if not name.startswith("SIG")]
+OFTEN: Final = ("Ctrl-C in a terminal", "a signal to the launcher")
 
 
 @pytest.mark.parametrize("name", mostly_long("a fleet of its own", ENDED, *OFTEN))

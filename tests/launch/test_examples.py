@@ -116,6 +116,7 @@ def test_clerk_keeps_all_robots_busy_until_its_list_is_done(tmp_runtime: Path) -
     assert [one for one in history if one["fate"] != "done"] == []
 
 
+@pytest.mark.long("a whole mission")
 @pytest.mark.processes
 def test_watch_tells_one_who_comes_late_what_was_before_and_all_that_comes(small: Path, tmp_runtime: Path) -> None:
     with Fleet(small, "--pace", "5", "--wait", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
@@ -208,6 +209,7 @@ def test_drive_takes_a_robots_place_and_goes_where_the_keys_say(
     assert summary["per_robot"]["r3"]["path_length"] > 0.4
 
 
+@pytest.mark.long("a whole mission in another world")
 @pytest.mark.processes
 def test_our_robots_complete_a_mission_in_a_world_of_another_make(endpoint: Endpoint, tmp_runtime: Path) -> None:
     wire = ("--connect", str(endpoint), "--fleet", "elsewhere")
@@ -222,6 +224,7 @@ def test_our_robots_complete_a_mission_in_a_world_of_another_make(endpoint: Endp
     assert off > 0.0, text
 
 
+@pytest.mark.long("a whole mission; make test has one of a foreign robot")
 @pytest.mark.processes
 def test_one_robot_of_a_launched_fleet_has_its_body_outside(small: Path, tmp_runtime: Path) -> None:
     with Fleet(small, "--pace", "max", "--body", "r2", runtime=tmp_runtime) as fleet, fleet.bus() as bus:

@@ -29,8 +29,8 @@ def assert_it_keeps_the_contract(report: dict[str, Any], name: str) -> None:
         assert robots[name][by] <= max(one[by] for other, one in robots.items() if other != name)
 
 
+@pytest.mark.long("a whole mission in plain Python")
 @pytest.mark.processes
-@pytest.mark.costs("a whole mission in plain Python")
 @pytest.mark.parametrize("name", mostly_long("a whole mission", ["r1", "r4"], "r4"))
 def test_it_completes_the_papers_mission_among_three_of_ours(name: str, endpoint: Endpoint, tmp_runtime: Path) -> None:
     """With the lowest id it is the first to be asked for joint plans, which it does not make."""
@@ -80,6 +80,15 @@ def test_it_comes_back_when_the_router_was_away(tmp_runtime: Path) -> None:
 @pytest.mark.long("a whole mission; make test drives it over processes")
 def test_a_lossy_radio_costs_it_time_only(paper: Scenario) -> None:
     run = with_foreign(with_settings(paper, radio={"loss": 0.3}), 4, seed=2, number=1)
+    report = run.run()
+    assert report["complete"]
+    assert sum(report["contacts"].values()) == 0
+    assert (report["traffic"]["overlaps"], report["traffic"]["outside"]) == (0, 0)
+
+
+@pytest.mark.long("a whole mission; make test drives it over processes")
+def test_it_tells_the_error_of_its_pose_and_drives_on_when_the_world_has_counted(paper: Scenario) -> None:
+    run = with_foreign(with_settings(paper, localisation={"error": 0.03, "yaw_error_deg": 1.5}), 4, seed=3, number=1)
     report = run.run()
     assert report["complete"]
     assert sum(report["contacts"].values()) == 0

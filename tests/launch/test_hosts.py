@@ -79,6 +79,7 @@ def test_who_is_told_to_stop_leaves_no_token(
     assert "Traceback" not in world.text
 
 
+@pytest.mark.long("a whole mission, each process started by hand")
 def test_who_is_told_to_stop_makes_room_for_another_process(
     world: Command, endpoint: Endpoint, tmp_runtime: Path
 ) -> None:
@@ -101,7 +102,7 @@ def test_a_world_of_another_wire_is_a_sentence(endpoint: Endpoint, tmp_runtime: 
         token.undeclare()  # type: ignore[no-untyped-call]
 
 
-@pytest.mark.costs("two worlds and a robot, each a new process, and the tape again")
+@pytest.mark.long("two worlds and a whole mission")
 def test_a_world_with_a_snapshot_that_is_told_to_stop_leaves_its_run_to_the_next_one(
     small: Path, endpoint: Endpoint, tmp_runtime: Path, tmp_path: Path
 ) -> None:

@@ -65,6 +65,7 @@ def await_standstill(bus: Bus) -> None:
     await_clock(bus, stands)
 
 
+@pytest.mark.long("a whole mission")
 def test_who_comes_late_gets_everything_in_every_phase(small: Path, tmp_runtime: Path) -> None:
     with Fleet(small, "--pace", "4", "--wait", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
         fleet.await_all(bus)

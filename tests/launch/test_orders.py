@@ -36,6 +36,7 @@ REFUSED: Final = {  # by a fleet that waits: the command, and the sentence
 # fmt: on
 
 
+@pytest.mark.long("two missions over processes")
 def test_orders_given_before_the_start_are_part_of_a_run_that_can_be_repeated(
     small: Path, tmp_runtime: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -69,6 +70,7 @@ def test_orders_given_before_the_start_are_part_of_a_run_that_can_be_repeated(
 POOL = "pool: [[9.5, 2.0], [9.5, 6.0], [2.5, 6.0], [9.5, 4.0]]"
 
 
+@pytest.mark.long("two whole missions")
 def test_a_pool_gives_the_same_run_over_processes_also_if_the_world_is_killed(small: Path, tmp_runtime: Path) -> None:
     small.write_text(SMALL.replace("targets: [[9.5, 2.0], [9.5, 6.0]]", POOL))
     expected = in_process(load(small), ROBOTS, 1)

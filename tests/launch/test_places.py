@@ -14,6 +14,7 @@ from tests.shared import mostly_long
 pytestmark = pytest.mark.processes
 
 
+@pytest.mark.long("a fleet, a world that is killed, a mission")
 @pytest.mark.parametrize("pace", mostly_long("a whole mission with kills", ["max", "5"], "max"))
 def test_a_robot_is_added_drives_and_outlives_the_world(
     pace: str, waiting: Path, tmp_runtime: Path, capsys: pytest.CaptureFixture[str]

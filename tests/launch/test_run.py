@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from swarm.cli import main
-from swarm.launch.running import named
+from swarm.launch.fleet_registry import default_fleet_name
 from swarm.messages import EVENT, Phase
 from swarm.scenario.load import Scenario, load
 from tests.launch.actors import (
@@ -95,7 +95,7 @@ def test_two_fleets_at_once_do_not_meet(small: Path, tmp_runtime: Path) -> None:
         for fleet in (one, other):
             assert main(["go", "--fleet", fleet.name]) == 0
         assert (one.end(), other.end()) == (0, 0), one.text + other.text
-        assert {one.name, other.name} == {named("small"), f"{named('small')}-2"}
+        assert {one.name, other.name} == {default_fleet_name("small"), f"{default_fleet_name('small')}-2"}
         assert one.endpoint != other.endpoint
         for fleet in (one, other):
             assert_the_same_run(fleet.report(), expected)
@@ -189,6 +189,7 @@ def test_a_killed_fork_server_is_no_end_of_anybody(small: Path, tmp_runtime: Pat
     assert not list(tmp_runtime.glob("zenoh-swarm-*/*/"))
 
 
+@pytest.mark.long("waits for a whole fleet to end")
 def test_nobody_outlives_a_killed_launcher(small: Path, tmp_runtime: Path) -> None:
     with Fleet(small, "--pace", "1", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
         fleet.await_all(bus)
@@ -196,5 +197,5 @@ def test_nobody_outlives_a_killed_launcher(small: Path, tmp_runtime: Path) -> No
         fleet.process.wait()
         fleet.assert_nobody_is_left()
     with Fleet(small, "--pace", "max", runtime=tmp_runtime) as next_one:
-        assert next_one.name == named("small"), "the name of a dead fleet is free again"
+        assert next_one.name == default_fleet_name("small"), "the name of a dead fleet is free again"
         assert next_one.end() == 0, next_one.text

@@ -12,14 +12,14 @@ import pytest
 
 from swarm.bus import Endpoint
 from swarm.errors import ConfigError
-from swarm.launch.running import CARD, find, folder, registered
+from swarm.launch.fleet_registry import CARD, find, folder, register_fleet
 
 ENDPOINT = Endpoint("127.0.0.1", 7447)
 HOLDS = """
 import sys
 from swarm.bus import Endpoint
-from swarm.launch.running import registered
-with registered("held", Endpoint("127.0.0.1", 7447)) as entry:
+from swarm.launch.fleet_registry import register_fleet
+with register_fleet("held", Endpoint("127.0.0.1", 7447)) as entry:
     print(entry.name, flush=True)
     sys.stdin.read()
 """
@@ -63,7 +63,7 @@ def test_a_folder_that_is_not_safe_is_refused(name: str, tmp_path: Path, monkeyp
     spoil, sentence = WRONG[name]
     spoil(place(runtime))
     before = sorted(tmp_path.rglob("*"))
-    for use in (folder, lambda: find(None), lambda: registered("small", ENDPOINT).__enter__()):
+    for use in (folder, lambda: find(None), lambda: register_fleet("small", ENDPOINT).__enter__()):
         with pytest.raises(ConfigError, match=sentence):
             use()
     assert sorted(tmp_path.rglob("*")) == before, "nothing was made or removed"
@@ -79,11 +79,11 @@ def test_no_link_in_the_folder_is_followed(tmp_runtime: Path, planted: str) -> N
     if planted == "lock":
         with (
             pytest.raises(ConfigError, match="expected a folder for running fleets that can be written, got Too many"),
-            registered("small", ENDPOINT),
+            register_fleet("small", ENDPOINT),
         ):
             pass
     else:
-        with registered("small", ENDPOINT) as entry:
+        with register_fleet("small", ENDPOINT) as entry:
             assert (entry.name, entry.home.is_symlink()) == ("small", False)
     assert (treasure / "file").read_text() == "precious"
 
@@ -91,12 +91,12 @@ def test_no_link_in_the_folder_is_followed(tmp_runtime: Path, planted: str) -> N
 def test_a_folder_is_for_the_user_alone_and_goes_with_the_fleet(tmp_runtime: Path) -> None:
     before = os.umask(0)
     try:
-        with registered("small", ENDPOINT) as entry:
+        with register_fleet("small", ENDPOINT) as entry:
             home = entry.home
             for path in (home.parent, home, home / CARD, home.parent / "lock"):
                 assert path.stat().st_mode & 0o077 == 0, path
             assert find(None).fleet == entry.name
-            with registered("small", ENDPOINT) as other:
+            with register_fleet("small", ENDPOINT) as other:
                 assert other.name == "small-2"
     finally:
         os.umask(before)
@@ -118,7 +118,7 @@ def test_what_a_killed_launcher_left_is_removed_by_the_next_and_a_living_one_is_
     killed.wait()
     assert (place(tmp_runtime) / "held-2" / CARD).exists()
     assert find(None).fleet == "held", "the card of the dead one does not count"
-    with registered("other", ENDPOINT):
+    with register_fleet("other", ENDPOINT):
         assert sorted(path.name for path in place(tmp_runtime).glob("*/")) == ["held", "other"]
     for one in held:
         one.communicate()
@@ -133,7 +133,7 @@ def test_a_full_folder_is_a_sentence_and_leaves_nothing(tmp_runtime: Path) -> No
     try:
         with (
             pytest.raises(ConfigError, match="that can be written, got File too large; make room in it"),
-            registered("small", ENDPOINT),
+            register_fleet("small", ENDPOINT),
         ):
             pass
     finally:
@@ -145,7 +145,7 @@ def test_a_folder_that_is_removed_in_mid_run_is_made_again_and_stays_this_fleets
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
-    with registered("held", ENDPOINT) as entry:
+    with register_fleet("held", ENDPOINT) as entry:
         home, files = entry.home, len(os.listdir("/proc/self/fd"))
         assert entry.keep() == ""
         for _ in range(3):
@@ -159,7 +159,7 @@ def test_a_folder_that_is_removed_in_mid_run_is_made_again_and_stays_this_fleets
         assert len(os.listdir("/proc/self/fd")) == files, "no descriptor is left open"
         assert place(tmp_path).stat().st_mode & 0o777 == 0o700
         assert find("held").pid == os.getpid()
-        with registered("held", ENDPOINT) as another:
+        with register_fleet("held", ENDPOINT) as another:
             assert another.name == "held-2", "its card is locked as before"
         rmtree(place(tmp_path))
         place(tmp_path).mkdir(mode=0o755)
@@ -169,7 +169,7 @@ def test_a_folder_that_is_removed_in_mid_run_is_made_again_and_stays_this_fleets
 
 
 def test_the_card_has_the_address_of_the_box_also_when_it_was_made_again(tmp_runtime: Path) -> None:
-    with registered("one", ENDPOINT) as entry:
+    with register_fleet("one", ENDPOINT) as entry:
         assert find("one").box is None
         entry.tell_box("http://127.0.0.1:8000/?token=abc")
         assert find("one").box == "http://127.0.0.1:8000/?token=abc"
@@ -179,9 +179,9 @@ def test_the_card_has_the_address_of_the_box_also_when_it_was_made_again(tmp_run
 
 
 def test_a_folder_that_another_launcher_has_taken_meanwhile_is_left_alone(tmp_runtime: Path) -> None:
-    with registered("held", ENDPOINT) as first:
+    with register_fleet("held", ENDPOINT) as first:
         rmtree(first.home)
-        with registered("held", ENDPOINT) as second:
+        with register_fleet("held", ENDPOINT) as second:
             assert second.name == "held"
             (second.home / "report.json").write_text("theirs")
             assert "cannot be made again, so the report may be lost: [Errno 17] File exists" in first.keep()
@@ -189,9 +189,9 @@ def test_a_folder_that_another_launcher_has_taken_meanwhile_is_left_alone(tmp_ru
 
 def test_a_launcher_that_ends_removes_no_folder_of_another(tmp_runtime: Path) -> None:
     with ExitStack() as second:
-        with registered("held", ENDPOINT) as first:
+        with register_fleet("held", ENDPOINT) as first:
             rmtree(first.home)
-            home = second.enter_context(registered("held", ENDPOINT)).home
+            home = second.enter_context(register_fleet("held", ENDPOINT)).home
             assert home == first.home
         assert home.exists()
         assert find("held").pid == os.getpid()

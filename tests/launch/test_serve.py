@@ -41,6 +41,7 @@ def test_without_serve_a_scenario_without_targets_is_refused(waiting: Path, caps
     assert "expected either `targets` (for all) or `own_targets`" in capsys.readouterr().err
 
 
+@pytest.mark.long("a fleet whose world is killed")
 @pytest.mark.parametrize("pace", mostly_long("a whole mission with kills", ["max", "5"], "max"))
 def test_robots_wait_for_orders_also_when_a_robot_and_the_world_are_killed(
     pace: str, waiting: Path, tmp_runtime: Path

@@ -22,6 +22,7 @@ DRAWN = """\
 """
 
 
+@pytest.mark.long("two missions")
 def test_a_fleet_is_set_up_driven_paused_and_set_up_again(
     small: Path, tmp_runtime: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -76,13 +76,13 @@ def test_robots_that_share_a_process_share_its_lease(tmp_path: Path) -> None:
 
 def test_newcomers_need_a_fleet_that_stays_and_room_in_it(tmp_path: Path) -> None:
     _, processes = fleet_of(tmp_path, serve=False)
-    assert not processes.lacks(["r1", "r9"])
+    assert not processes.has_new_robots(["r1", "r9"])
     fleet, processes = fleet_of(tmp_path)
-    assert processes.lacks(["r1", "r9"])
-    assert not processes.lacks(["r1", "r2", "r3", "../r4", "world"])
+    assert processes.has_new_robots(["r1", "r9"])
+    assert not processes.has_new_robots(["r1", "r2", "r3", "../r4", "world"])
     processes.add([*named(1, MOST_ROBOTS + 5), "r4", "../r4"], print)
     assert fleet.asked == [f"start {name}" for name in named(4, MOST_ROBOTS)]
-    assert not processes.lacks(["r2000"]), f"a fleet has at most {MOST_ROBOTS} robots"
+    assert not processes.has_new_robots(["r2000"]), f"a fleet has at most {MOST_ROBOTS} robots"
 
 
 def test_newcomers_without_room_are_said_once_and_not_tried_again(
@@ -97,7 +97,7 @@ def test_newcomers_without_room_are_said_once_and_not_tried_again(
     processes.add(named(1, 5), said.append)
     assert said == ["r4, r5: not started, the place waits for another process: no room for 9"]
     assert fleet.asked == []
-    assert not processes.lacks(named(1, 5))
+    assert not processes.has_new_robots(named(1, 5))
 
 
 STOPPED = ["stop world", "stop dashboard", "stop recorder", "stop ros2", "stop robot"]

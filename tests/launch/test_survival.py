@@ -128,6 +128,7 @@ def test_on_many_hosts_a_world_goes_on_from_the_file_that_it_is_given(
 # --- strangers ---
 
 
+@pytest.mark.long("a whole mission and a second world")
 def test_a_second_world_is_refused_and_the_first_one_goes_on(noisy: Path, tmp_runtime: Path) -> None:
     with Fleet(noisy, "--pace", "max", "--wait", robots=ROBOTS, runtime=tmp_runtime) as fleet, fleet.bus() as bus:
         fleet.await_all(bus)

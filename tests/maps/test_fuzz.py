@@ -3,7 +3,7 @@
 import random
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.maps.drawings import FILES, hand_made_png, mended, png, read
@@ -104,14 +104,12 @@ def test_whole_files_are_read(kind: str) -> None:
     assert all(read(kind, content) for content in FILES[kind])
 
 
-@settings(deadline=None, max_examples=500)
 @given(kind=st.sampled_from(sorted(FILES)), seed=st.integers(0, 2**32))
 def test_damaged_files_are_read_or_refused(kind: str, seed: int) -> None:
     draw = random.Random(seed)
     read(kind, damaged(draw.choice(FILES[kind]), draw))
 
 
-@settings(deadline=None, max_examples=300)
 @given(
     kind=st.sampled_from(sorted(FILES)),
     content=st.binary(max_size=200) | st.text(max_size=100).map(lambda t: t.encode("utf-8", "surrogatepass")),

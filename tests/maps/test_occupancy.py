@@ -41,20 +41,20 @@ def test_maps_are_equal_if_all_of_them_is(other: OccupancyMap) -> None:
 
 @pytest.mark.parametrize(("a", "b", "block"), BLOCKS.values(), ids=BLOCKS)
 def test_blocks_between_corners(a: Point, b: Point, block: tuple[Cell, Cell]) -> None:
-    assert EMPTY.edited(WALL, a, b)[1:] == block
+    assert EMPTY.edit_rectangle(WALL, a, b)[1:] == block
 
 
 def test_blocks_follow_the_origin() -> None:
     turned = OccupancyMap(EMPTY.cells, 0.5, Pose(3.0, -1.0, pi / 2))
-    assert turned.edited(WALL, (2.5, -0.5), (2.0, 0.0))[1:] == ((1, 1), (2, 2))
+    assert turned.edit_rectangle(WALL, (2.5, -0.5), (2.0, 0.0))[1:] == ((1, 1), (2, 2))
 
 
 def test_an_edit_leaves_the_old_map_as_it_was() -> None:
-    walled, _, _ = EMPTY.edited(WALL, (1.0, 0.5), (4.5, 1.5))
+    walled, _, _ = EMPTY.edit_rectangle(WALL, (1.0, 0.5), (4.5, 1.5))
     assert (walled.cells == WALL).sum() == 2 * 4
     assert (EMPTY.cells == FREE).all()
-    assert (walled.edited(FREE, (-1.5, -1.5), (4.5, 4.5))[0].cells == FREE).all()
-    assert (walled.edited(OBSTACLE, (-1.5, -1.5), (-0.5, -0.5))[0].cells == walled.cells).all()
+    assert (walled.edit_rectangle(FREE, (-1.5, -1.5), (4.5, 4.5))[0].cells == FREE).all()
+    assert (walled.edit_rectangle(OBSTACLE, (-1.5, -1.5), (-0.5, -0.5))[0].cells == walled.cells).all()
 
 
 @given(st.integers(1, 8), st.integers(1, 8), st.integers(0, 2**32))

@@ -9,7 +9,7 @@ from math import inf, isclose, sqrt
 import networkx as nx
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
@@ -40,7 +40,6 @@ def legal_steps(free: NDArray[np.bool_]) -> list[tuple[int, int, float]]:
     return steps
 
 
-@settings(deadline=None, max_examples=300)
 @given(free=grids(), data=st.data())
 def test_lengths_are_those_of_dijkstra(free: NDArray[np.bool_], data: st.DataObject) -> None:
     size, columns = free.size, free.shape[1]
@@ -59,7 +58,6 @@ def test_lengths_are_those_of_dijkstra(free: NDArray[np.bool_], data: st.DataObj
             assert not check_cells(free, divmod(start, columns), divmod(goal, columns), found[1], found[0])
 
 
-@settings(deadline=None, max_examples=60)
 @given(free=grids(9), costs=st.lists(st.integers(64, 448), min_size=81, max_size=81), data=st.data())
 def test_costs_are_those_of_networkx(free: NDArray[np.bool_], costs: list[int], data: st.DataObject) -> None:
     size, columns = free.size, free.shape[1]

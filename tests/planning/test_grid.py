@@ -4,7 +4,7 @@ from math import hypot
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
@@ -28,7 +28,6 @@ def plain_clearance(solid: NDArray[np.bool_]) -> NDArray[np.float64]:
     return distances
 
 
-@settings(deadline=None, max_examples=200)
 @given(free=grids())
 def test_clearance_is_the_distance_to_the_nearest_solid_square(free: NDArray[np.bool_]) -> None:
     solid = (~free).astype(np.uint8)
@@ -36,7 +35,6 @@ def test_clearance_is_the_distance_to_the_nearest_solid_square(free: NDArray[np.
     np.testing.assert_allclose(measured, plain_clearance(~free) * 0.5, rtol=1e-6)
 
 
-@settings(deadline=None, max_examples=100)
 @given(free=grids(), data=st.data())
 def test_clearance_of_a_block_is_that_part_of_the_whole(free: NDArray[np.bool_], data: st.DataObject) -> None:
     solid = (~free).astype(np.uint8)
@@ -77,7 +75,6 @@ def test_unknown_is_solid_unless_told() -> None:
         assert Grid.grown(OccupancyMap(cells, 1.0), 0.1, unknown_free=unknown_free).solid.tolist() == [solid]
 
 
-@settings(deadline=None, max_examples=100)
 @given(free=grids(10), data=st.data(), radius=st.sampled_from((0.0, 0.2, 0.26, 0.8)), factor=st.integers(1, 3))
 def test_changed_is_the_same_as_grown_anew(
     free: NDArray[np.bool_], data: st.DataObject, radius: float, factor: int
@@ -90,7 +87,7 @@ def test_changed_is_the_same_as_grown_anew(
         cells = cells.copy()
         cells[low[0] : high[0], low[1] : high[1]] = data.draw(st.sampled_from((FREE, WALL, OBSTACLE)))
         edited = OccupancyMap(cells, 0.5)
-        grid = grid.changed(edited, (low[0], low[1]), (high[0], high[1]))
+        grid = grid.update_cells(edited, (low[0], low[1]), (high[0], high[1]))
         again = Grid.grown(edited, radius, resolution=0.5 / factor)
         for name in FIELDS:
             np.testing.assert_array_equal(getattr(grid, name), getattr(again, name), err_msg=name)
@@ -100,10 +97,10 @@ def test_changed_refuses_what_it_cannot_do() -> None:
     drawn = from_text("....\n....", 0.5)
     grid = Grid.grown(drawn, 0.1)
     with pytest.raises(ValueError, match="without discs"):
-        grid.with_discs([(0.5, 0.5)], 0.1).changed(drawn, (0, 0), (1, 1))
+        grid.with_discs([(0.5, 0.5)], 0.1).update_cells(drawn, (0, 0), (1, 1))
     with pytest.raises(ValueError, match="2 rows"):
-        grid.changed(from_text("....", 0.5), (0, 0), (1, 1))
-    assert grid.changed(drawn, (5, 5), (9, 9)) is grid
+        grid.update_cells(from_text("....", 0.5), (0, 0), (1, 1))
+    assert grid.update_cells(drawn, (5, 5), (9, 9)) is grid
 
 
 def test_discs_block_the_cells_where_the_two_would_touch() -> None:
@@ -128,7 +125,6 @@ def test_cells_and_points_agree_under_any_origin(x: float, y: float, yaw: float,
         assert grid.cell_of(*grid.centre_of(cell)) == cell
 
 
-@settings(deadline=None, max_examples=100)
 @given(free=grids(8), x=st.floats(0, 3.99), y=st.floats(0, 3.99))
 def test_room_is_the_distance_to_whatever_is_nearest(free: NDArray[np.bool_], x: float, y: float) -> None:
     grid = Grid.grown(OccupancyMap(np.where(free, FREE, WALL).astype(np.uint8), 0.5), 0.1)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from swarm.geometry import Pose, to_frame
 from swarm.maps.occupancy import WALL, OccupancyMap
 from swarm.planning.grid import Grid
-from swarm.planning.rays import each_on_map, note
+from swarm.planning.rays import distances_on_map, note_ray
 
 SIDE = 12  # cells
 EDGE = 1e-6  # cells: a ray that only grazes a corner may count as a hit or not
@@ -49,7 +49,7 @@ def test_a_ray_reads_what_shapely_measures(
     origin = Pose(3.0, -2.0, turned)
     grid = Grid.grown(OccupancyMap(cells, side, origin), 0.1)
     here = grid.from_cells(x, y)
-    read = each_on_map(grid, Pose(*here, heading), [turned], reach * side).min()
+    read = distances_on_map(grid, Pose(*here, heading), [turned], reach * side).min()
     x, y = (part / side for part in to_frame(origin, *here))
     longest = first_hit(walls, x, y, heading, reach, -EDGE)
     shortest = first_hit(walls, x, y, heading, reach, EDGE)
@@ -60,19 +60,19 @@ def test_the_nearest_of_several_rays_counts() -> None:
     cells = np.zeros((SIDE, SIDE), np.uint8)
     cells[:, 8] = WALL
     grid = Grid.grown(OccupancyMap(cells, 1.0), 0.1)
-    assert each_on_map(grid, Pose(5.5, 5.5, 0.0), [-0.5, 0.0, 0.5], 10.0).min() == pytest.approx(2.5)
-    assert each_on_map(grid, Pose(5.5, 5.5, pi), [0.0], 4.0).min() == 4.0
+    assert distances_on_map(grid, Pose(5.5, 5.5, 0.0), [-0.5, 0.0, 0.5], 10.0).min() == pytest.approx(2.5)
+    assert distances_on_map(grid, Pose(5.5, 5.5, pi), [0.0], 4.0).min() == 4.0
 
 
 def test_outside_the_grid_everything_is_solid() -> None:
     grid = Grid.grown(OccupancyMap(np.zeros((SIDE, SIDE), np.uint8), 1.0), 0.1)
-    assert each_on_map(grid, Pose(5.5, 5.5, 0.0), [0.0], 100.0).min() == pytest.approx(6.5)
-    assert each_on_map(grid, Pose(-5.0, 5.5, 0.0), [0.0], 100.0).min() == 0.0
+    assert distances_on_map(grid, Pose(5.5, 5.5, 0.0), [0.0], 100.0).min() == pytest.approx(6.5)
+    assert distances_on_map(grid, Pose(-5.0, 5.5, 0.0), [0.0], 100.0).min() == 0.0
 
 
 def noted(place: tuple[float, float], heading: float, length: float, hit: bool) -> NDArray[np.int8]:
     odds = np.zeros((SIDE, SIDE), np.int8)
-    note(odds, *place, heading, length, 0.0, 0.0, hit, GAIN, LOSS, MOST, SOLID)
+    note_ray(odds, *place, heading, length, 0.0, 0.0, hit, GAIN, LOSS, MOST, SOLID)
     return odds
 
 
@@ -111,7 +111,7 @@ def test_a_long_ray_frees_all_it_crossed(place: tuple[float, float], heading: fl
 def test_counts_stay_within_their_bounds() -> None:
     odds = np.zeros((SIDE, SIDE), np.int8)
     for _ in range(200):
-        note(odds, 2.5, 2.5, 0.0, 4.0, 0.0, 0.0, True, GAIN, LOSS, MOST, SOLID)
+        note_ray(odds, 2.5, 2.5, 0.0, 4.0, 0.0, 0.0, True, GAIN, LOSS, MOST, SOLID)
     assert odds.min() == -MOST
     assert odds.max() == MOST
     assert odds[2, 6] == MOST
@@ -136,11 +136,13 @@ def test_a_hit_counts_for_the_wall_that_it_may_be_on(name: str) -> None:
     odds = np.zeros((SIDE, SIDE), np.int8)
     odds[2, list(known)] = SOLID
     before = odds.copy()
-    note(odds, 2.5, 2.5, 0.0, length, nearer, farther, True, GAIN, LOSS, MOST, SOLID)
+    note_ray(odds, 2.5, 2.5, 0.0, length, nearer, farther, True, GAIN, LOSS, MOST, SOLID)
     assert np.argwhere(odds > before).tolist() == [[2, hit]]
 
 
 def test_rays_that_lead_off_the_floor_leave_it_whole() -> None:
     for heading in np.linspace(-pi, pi, 33):
-        note(np.zeros((SIDE, SIDE), np.int8), 0.5, 0.5, float(heading), 40.0, 0.0, 0.0, True, GAIN, LOSS, MOST, SOLID)
+        note_ray(
+            np.zeros((SIDE, SIDE), np.int8), 0.5, 0.5, float(heading), 40.0, 0.0, 0.0, True, GAIN, LOSS, MOST, SOLID
+        )
         assert hypot(cos(heading), sin(heading)) == pytest.approx(1.0)

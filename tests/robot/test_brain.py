@@ -108,7 +108,7 @@ RETRY_TICKS = round(REPLAN.again / 0.05) + 1
 def keeping(tick: int) -> Broadcast:
     """A robot on the way that holds the cell it stands in."""
     cells = cells_of(scenario().map, scenario().settings)
-    held = tuple(sorted(cells.touched(3.6, 3.5, 0.2)))
+    held = tuple(sorted(cells.cells_under_disc(3.6, 3.5, 0.2)))
     record = Record(robot="r1", stamp=tick, x=3.6, y=3.5, goal=held[0], held=held)
     return replace(said(tick), traffic=TrafficBroadcast(own=record))
 

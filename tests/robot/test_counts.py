@@ -202,7 +202,7 @@ def test_edits_that_a_map_includes_are_not_applied_again() -> None:
     for number, edits in ((0, EDITS[:2]), (1, EDITS[1:2]), (2, []), (3, EDITS)):
         assert not one.take_edits(number, edits)
         assert one.edits == 2
-    assert (one.missed(2), one.missed(3)) == (False, True)
+    assert (one.has_missed_edits(2), one.has_missed_edits(3)) == (False, True)
     assert one.take_edits(1, EDITS[1:])
     assert [one.map.cells[2, column] == WALL for column in (2, 4, 6)] == [False, True, True]
     assert one.edits == 3

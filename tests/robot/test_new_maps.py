@@ -78,7 +78,7 @@ def test_edits_stay_over_a_new_run_and_missed_ones_are_noticed() -> None:
         run=1, tick=1, time=0.05, lockstep=True, x=AT.x, y=AT.y, yaw=0.0, linear=0.0, angular=0.0, left=1.6, front=1.6,
         right=1.6, bearings=[None] * 4, hears=[], rays=[1.6] * 15,
     )  # fmt: skip
-    missed = [one.missed(msgspec.structs.replace(sense, edits_before=before)) for before in (0, 1, 2)]
+    missed = [one.has_missed_edits(msgspec.structs.replace(sense, edits_before=before)) for before in (0, 1, 2)]
     assert missed == [False, False, True]
 
 

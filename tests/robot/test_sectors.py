@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from swarm.robot.sectors import fan, sectors
+from swarm.robot.sectors import ray_angles, sectors
 from swarm.settings import SensorSettings
 
 
@@ -37,8 +37,8 @@ def test_left_and_right_are_mirror_images(side: float, side_half: float, front_h
 
 @given(st.floats(-3, 3), st.floats(0, 0.1), st.integers(2, 20))
 def test_a_fan_is_even_and_reaches_both_ends(middle: float, half: float, rays: int) -> None:
-    angles = fan(middle, half, rays)
+    angles = ray_angles(middle, half, rays)
     assert (angles[0], angles[-1]) == pytest.approx((middle - half, middle + half))
     steps = [b - a for a, b in pairwise(angles)]
     assert steps == pytest.approx([2 * half / (rays - 1)] * (rays - 1))
-    assert fan(middle, half, 1) == (middle,)
+    assert ray_angles(middle, half, 1) == (middle,)

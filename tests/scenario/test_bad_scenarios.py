@@ -256,13 +256,13 @@ def test_the_fork_server_is_ended_if_the_scenario_is_refused(capsys: pytest.Capt
 def test_a_fleet_name_cannot_empty_a_folder_that_is_not_ours(tmp_runtime: Path) -> None:
     """A fleet's folder is emptied before use: no name may lead elsewhere."""
     from swarm.bus import Endpoint
-    from swarm.launch.running import registered
+    from swarm.launch.fleet_registry import register_fleet
 
     treasure = tmp_runtime / "treasure"
     treasure.mkdir()
     (treasure / "coin").write_text("gold")
     for name in ("../treasure", str(treasure), "..", ".", ""):
-        with pytest.raises(ConfigError), registered(name, Endpoint("127.0.0.1", 1)):
+        with pytest.raises(ConfigError), register_fleet(name, Endpoint("127.0.0.1", 1)):
             pass
     assert (treasure / "coin").read_text() == "gold"
 

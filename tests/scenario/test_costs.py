@@ -49,7 +49,7 @@ def test_a_costly_file_is_refused_before_anything_is_computed(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     text, sentence = FILES[name]
-    for costly in ("settled", "planning_grid", "starts", "cells_of"):
+    for costly in ("settle_lattice", "planning_grid", "starts", "cells_of"):
         monkeypatch.setattr(check, costly, not_reached)
     (tmp_path / "case.yaml").write_text(text)
     if "empty.map" in text:
@@ -64,7 +64,7 @@ def test_a_costly_file_is_refused_before_anything_is_computed(
 def test_too_many_stops_of_all_robots_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "case.yaml").write_text(ROOM + "targets: [" + "[5.5, 5.5]," * 100 + "]\n")
     scenario = load.load(tmp_path / "case.yaml")
-    monkeypatch.setattr(check, "settled", not_reached)
+    monkeypatch.setattr(check, "settle_lattice", not_reached)
     with pytest.raises(
         ConfigError, match="at most 20000 targets of all robots together, got 101000 of 1000; run fewer"
     ):

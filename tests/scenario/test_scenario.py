@@ -19,7 +19,7 @@ from swarm.planning.grid import Grid
 from swarm.planning.path import plan
 from swarm.scenario.check import check
 from swarm.scenario.load import Scenario, load
-from swarm.scenario.starts import names, number_of, starts
+from swarm.scenario.starts import number_of, robot_names, starts
 from swarm.traffic.lattice.placement import cells_of
 from tests.shared import ROOM, ROOT, scenario_of, with_settings
 
@@ -93,7 +93,7 @@ def test_drawn_starts_lie_in_their_area_apart_from_each_other_and_from_walls(see
 def test_starts_drawn_under_holds_have_a_cell_each(paper: Scenario, paper_grid: Grid, seed: int) -> None:
     cells = cells_of(paper.map, paper.settings)
     radius = paper.settings.robot.radius
-    touched = [cells.touched(pose.x, pose.y, radius) for pose in starts(paper, 12, seed)]
+    touched = [cells.cells_under_disc(pose.x, pose.y, radius) for pose in starts(paper, 12, seed)]
     assert all(len(under) == 1 for under in touched)
     assert len(set(touched)) == 12
 
@@ -156,7 +156,7 @@ def test_the_first_robots_start_where_they_did_when_more_join(paper: Scenario, p
 
 @pytest.mark.parametrize("robots", [1, 9, 10, 100, 1000])
 def test_names_sort_by_number(robots: int) -> None:
-    given_names = names(robots)
+    given_names = robot_names(robots)
     assert sorted(given_names) == list(given_names)
     assert [number_of(name) for name in given_names] == list(range(robots))
 

@@ -327,7 +327,7 @@ def test_a_wildcard_beside_the_own_name_is_dropped_by_the_receiver(
         robot.put(BELOW + own, encode(message))
         arrived = bus.receive(PATIENCE)
         assert isinstance(arrived, Arrival)
-        assert (arrived.ids["robot"], bus.refused[topic.key]) == ("r1", 1)
+        assert (arrived.ids["robot"], bus.refused_counts[topic.key]) == ("r1", 1)
 
 
 # --- a whole fleet ---

@@ -8,9 +8,9 @@ from typing import Any
 import msgspec
 
 from swarm.messages import Broadcast, Command
-from swarm.scenario.load import checked
-from world.storm.history.history import History, Moment, record
-from world.storm.plans.plan import StormPlan
+from swarm.scenario.load import check_values
+from swarm.storm.history.history import History, Moment, record
+from swarm.storm.plans.plan import StormPlan
 
 FLOOR = """\
 ###########################
@@ -43,7 +43,7 @@ def plan_of(**fields: object) -> StormPlan:
     faults: dict[str, object] = {
         name: fields.pop(name) for name in ("faults", "late", "slow", "kill_leader_at") if name in fields
     }
-    settings = checked(raw | fields, "test")
+    settings = check_values(raw | fields, "test")
     plan = {"profile": "test", "seed": 1, "scenario": msgspec.to_builtins(settings)} | faults
     return msgspec.convert(plan, StormPlan)
 

@@ -8,12 +8,12 @@ from pathlib import Path
 import pytest
 
 from swarm.cli import main
+from swarm.storm.command import INTERRUPTED, StormOptions, run
+from swarm.storm.output import Lines
+from swarm.storm.plans.plan import read
+from swarm.storm.results import Job, RunResult, perform
 from tests.storm import works
 from tests.storm.shared import plan_of
-from world.storm.command import INTERRUPTED, StormOptions, run
-from world.storm.output import Lines
-from world.storm.plans.plan import read
-from world.storm.results import Job, RunResult, perform
 
 Capture = pytest.CaptureFixture[str]
 

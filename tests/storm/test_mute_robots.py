@@ -9,12 +9,12 @@ from msgspec.structs import replace
 from swarm.messages import RobotAction, RobotDo
 from swarm.robot.brain import Inputs, Outputs, Robot
 from swarm.scenario.load import load
+from swarm.storm.history.history import record
+from swarm.storm.laws.judge import judge
+from swarm.storm.plans.draw import draw
+from swarm.storm.uncooperative import make_mute
 from tests.shared import mostly_long, scenario_of
 from world.simulate import Simulation
-from world.storm.history.history import record
-from world.storm.laws.judge import judge
-from world.storm.plans.draw import draw
-from world.storm.uncooperative import make_mute
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 TWO_WAYS = """\

@@ -13,29 +13,31 @@ import pytest
 from msgspec.structs import replace as changed
 
 from swarm.messages.traffic import TrafficBroadcast
-from swarm.robot import brain
+from swarm.robot import brain, pose_estimate
 from swarm.robot.driving import cell_pilot, safety
 from swarm.robot.driving.cell_pilot import CellPilot
+from swarm.robot.driving.lateness import LateLimiter
 from swarm.robot.driving.safety import SafetyFilter
 from swarm.robot.mission import Mission
+from swarm.robot.pose_estimate import Estimate
 from swarm.settings import Settings
+from swarm.storm.history.history import record
+from swarm.storm.laws.judge import judge
+from swarm.storm.plans.draw import draw
 from swarm.traffic import step
-from swarm.traffic.joint.states import Following
+from swarm.traffic.joint.states import FollowedPlan
 from swarm.traffic.lattice.cell_map import CellMap
 from swarm.traffic.obstacles.inspection import Inspection, Inspector
 from swarm.traffic.peers.records import PeerRecords, TrafficNote
 from swarm.traffic.peers.situation import Situation
-from swarm.traffic.reservations.claims import Claimed, Claiming
+from swarm.traffic.reservations.claims import CellClaimer, ClaimResult
 from swarm.traffic.reservations.route import RouteProgress
-from swarm.traffic.reservations.rules import GRANT, TAKE, Case, Reservations
+from swarm.traffic.reservations.rules import GRANT, TAKE, ClaimCase, Reservations
 from swarm.traffic.settings import TrafficConstants
 from tests.shared import mostly_long
 from tests.storm.shared import FLOOR, plan_of
 from world.bodies.radio_model import RadioModel, Spoken
 from world.host.last_messages import LastMessages
-from world.storm.history.history import record
-from world.storm.laws.judge import judge
-from world.storm.plans.draw import draw
 from world.tasks import tasks
 
 
@@ -63,21 +65,21 @@ def always(value: object) -> Callable[[Any], Any]:
     return lambda real: lambda *args, **named: value
 
 
-def no_older_claim_of_mine(case: Case) -> bool:
+def no_older_claim_of_mine(case: ClaimCase) -> bool:
     """Judge claims by their ticks alone, not by the robots' names."""
     return not any(mine.cell == case.claim.cell and mine.stamp < case.claim.stamp for mine in case.own.all_claims)
 
 
-def no_older_claim_of_others(case: Case) -> bool:
+def no_older_claim_of_others(case: ClaimCase) -> bool:
     """Judge claims by their ticks alone, not by the robots' names."""
     others = [claim for notice in case.others.values() for claim in notice.claims]
     return not any(claim.cell == case.claim.cell and claim.stamp < case.claim.stamp for claim in others)
 
 
-def room_unasked(real: Callable[..., Claimed]) -> Callable[..., Claimed]:
+def room_unasked(real: Callable[..., ClaimResult]) -> Callable[..., ClaimResult]:
     """Take each cell beside the way as soon as it is claimed."""
 
-    def claiming(*asked: object) -> Claimed:
+    def claiming(*asked: object) -> ClaimResult:
         claimed = real(*asked)
         for claim in claimed.progress.reservations.beside:
             claimed = claimed._replace(progress=claimed.progress.with_room(claim))
@@ -129,12 +131,14 @@ def strong_brakes(settings: Settings) -> Settings:
     return changed(settings, robot=robot)
 
 
-def others_first(real: Callable[..., Claimed]) -> Callable[..., Claimed]:
+def others_first(real: Callable[..., ClaimResult]) -> Callable[..., ClaimResult]:
     """Let r1 claim nothing while another robot drives to its target."""
 
-    def claiming(self: Claiming, progress: RouteProgress, plan: object, situation: Situation, *rest: object) -> Claimed:
+    def claiming(
+        self: CellClaimer, progress: RouteProgress, plan: object, situation: Situation, *rest: object
+    ) -> ClaimResult:
         if self.me == "r1" and any(record.goal == situation.goal for record in situation.fresh.values()):
-            return Claimed(progress.without_claims(), (), took=False)
+            return ClaimResult(progress.without_claims(), (), took=False)
         return real(self, progress, plan, situation, *rest)
 
     return claiming
@@ -172,13 +176,13 @@ WORLDS: dict[str, dict[str, object]] = {  # fields of `plan_of`: two robots in t
 
 PLANTED: dict[str, tuple[str, str, tuple[Plant, ...]]] = {  # the law that it breaks; one of WORLDS, or profile and seed; what is replaced
     "held cells let go early": ("no hold without a claim", "one cell", (
-        Plant(RouteProgress, "released", lambda real: lambda self, touched, *rest: real(self, (), *rest)),)),
+        Plant(RouteProgress, "release_behind", lambda real: lambda self, touched, *rest: real(self, (), *rest)),)),
     "margin lost": ("no body outside", "claims 0", (traffic(margin=-0.02),)),
-    "plan order ignored": ("all arrive", "dead 7", (Plant(Following, "waits_for", always(None)),)),
+    "plan order ignored": ("all arrive", "dead 7", (Plant(FollowedPlan, "waits_for", always(None)),)),
     "take although held": ("takes only what is free", "claims 2", (Plant(TAKE, "somebody holds it", always(True)),)),
     "no listening": ("listens first", "swap", (traffic(listen=0),)),
     "edit ignored": ("all arrive", "wall", (Plant(CellPilot, "take_floor", always(None)),)),
-    "others always first": ("nobody is overtaken for ever", "queue", (Plant(Claiming, "step", others_first),)),
+    "others always first": ("nobody is overtaken for ever", "queue", (Plant(CellClaimer, "step", others_first),)),
     "never looks": ("all arrive", "dead", (Plant(Inspector, "inspect", always(Inspection())),)),
     "grant without 'I hold it'": ("no false agreement", "one cell", (Plant(GRANT, "I hold the cell", always(True)),)),
     "grant without 'older claim'": ("no false agreement", "one cell", (
@@ -192,14 +196,20 @@ PLANTED: dict[str, tuple[str, str, tuple[Plant, ...]]] = {  # the law that it br
         Plant(Reservations, "claim", lambda real: lambda self, *asked: real(self, *asked)._replace(number=self.number)),)),
     "resume forgets": ("flags stay", "away", (Plant(Mission, "resume", always(None)),)),
     "braking path forgotten": ("room to brake", "late", (Plant(SafetyFilter, "braking", always(safety.AT_REST)),)),
+    "the pose's error forgotten": ("no body outside", "pose 6", (
+        Plant(pose_estimate, "_estimate_of", lambda real: lambda *beliefs: real(*beliefs)._replace(error=0.0, yaw_error=0.0)),)),
+    "cells without the pose's error": ("no body outside", "pose 7", (
+        Plant(CellPilot, "_uncertainty", always(0.0)), Plant(Estimate, "allowance", always(0.0)))),
+    "late commands taken as expected": ("room to brake", "slow 910080", (
+        Plant(LateLimiter, "limit", lambda _: lambda self, speeds, *_: speeds),)),
     "nothing is slowed": ("no contact", "one cell", (
         Plant(SafetyFilter, "check", lambda _: lambda self, sense, tables, limits: safety.WheelSpeeds(*tables)),)),
     "spare lost": ("no contact", "dead", (Plant(safety, "SAFETY", lambda real: real._replace(gap=-real.gap)),)),
     "room taken without acknowledgement": ("no hold without a claim", "one cell", (
-        Plant(Claiming, "step", room_unasked),)),
+        Plant(CellClaimer, "step", room_unasked),)),
     "room never given back": ("all arrive", "swap", (
-        Plant(RouteProgress, "released", lambda real: lambda self, touched, body, room=(), *rest: real(self, touched, body, self.reservations.held, *rest)),)),
-    "relayed records dropped": ("all arrive", "strangers 26", (Plant(PeerRecords, "hear", without_relayed),)),
+        Plant(RouteProgress, "release_behind", lambda real: lambda self, touched, body, room=(), *rest: real(self, touched, body, self.reservations.held, *rest)),)),
+    "relayed records dropped": ("all arrive", "strangers 26", (Plant(PeerRecords, "merge_broadcasts", without_relayed),)),
     "brakes taken for twice as strong": ("room to brake", "movers 44", (
         Plant(cell_pilot, "SafetyFilter", lambda real: lambda settings: real(strong_brakes(settings))),)),
     "staleness times 100": ("no wait for the silent", "asleep", (traffic(fresh=4000),)),
@@ -214,7 +224,7 @@ PLANTED: dict[str, tuple[str, str, tuple[Plant, ...]]] = {  # the law that it br
         Plant(RadioModel, "hears", lambda real: lambda self, poses, sent: real(self, poses, of_newest_tick(sent))),)),
     "of several late answers one is not heard": ("broadcasts are heard", "slow", (
         Plant(LastMessages, "take", only_the_newest),)),
-    "a new process counts claims from 1": ("claims numbered once", "away 0", (Plant(step, "after_sleep", numbered_from_one),)),
+    "a new process counts claims from 1": ("claims numbered once", "away 0", (Plant(step, "resume_after_sleep", numbered_from_one),)),
 }
 # fmt: on
 
@@ -242,6 +252,8 @@ DEAR: Final = {
     "take although held",
     "brakes taken for twice as strong",
     "a new process counts claims from 1",
+    "late commands taken as expected",
+    "cells without the pose's error",
 }
 
 

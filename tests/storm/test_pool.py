@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
+from swarm.storm.workers import Lost, answers
 from tests.storm import works
-from world.storm.workers import Lost, answers
 
 JOBS = list(range(12))
 

@@ -9,10 +9,10 @@ from msgspec.structs import replace
 from swarm.cli import main
 from swarm.launch import storm
 from swarm.launch.storm import perform_both
+from swarm.storm.history.history import record
+from swarm.storm.plans.plan import only_simulated
+from swarm.storm.results import Job
 from tests.storm.shared import plan_of
-from world.storm.history.history import record
-from world.storm.plans.plan import only_simulated
-from world.storm.results import Job
 
 Capture = pytest.CaptureFixture[str]
 
@@ -28,7 +28,7 @@ HARSH = plan_of(
 FAULTS = [{"robot": "r1", "kind": "suspended", "tick": 10, "ticks": 40}]
 
 
-@pytest.mark.costs("a plan in one process and over processes, and its tape again")
+@pytest.mark.long("a run over processes and the same in one")
 @pytest.mark.processes
 def test_a_plan_with_edits_movers_noise_and_loss_is_the_same_run_over_processes(tmp_runtime: Path) -> None:
     result = perform_both(Job("test", 1, HARSH), lambda: False)
@@ -57,7 +57,7 @@ REPORTS = {
 @pytest.mark.parametrize("name", REPORTS)
 def test_another_digest_breaks_a_law(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     report, part = REPORTS[name]
-    monkeypatch.setattr(storm, "over_processes", lambda plan, history, stop: (report, None))
+    monkeypatch.setattr(storm, "run_over_processes", lambda plan, history, stop: (report, None))
     (violation,) = perform_both(Job("test", 1, plan_of()), lambda: False).violations
     assert violation.law == "same digest"
     assert violation.text.startswith(part)
@@ -78,15 +78,15 @@ def test_a_plan_file_with_such_faults_is_refused(tmp_path: Path, capsys: Capture
     )
 
 
+@pytest.mark.long("two runs over processes, replayed")
 @pytest.mark.processes
-@pytest.mark.costs("two runs of processes and their tapes")
 def test_the_first_answer_that_differs_is_named(tmp_runtime: Path) -> None:
     """The history is that of other noise."""
     history = record(HARSH)
-    _, first = storm.over_processes(HARSH, history, lambda: False)
+    _, first = storm.run_over_processes(HARSH, history, lambda: False)
     assert first is None
     other = record(replace(HARSH, scenario=replace(HARSH.scenario, seed=2)))
-    _, first = storm.over_processes(HARSH, other, lambda: False)
+    _, first = storm.run_over_processes(HARSH, other, lambda: False)
     assert first is not None
     pairs = zip(history.moments, other.moments, strict=False)
     tick = next(mine.tick for mine, theirs in pairs if mine.commands != theirs.commands)

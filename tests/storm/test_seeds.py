@@ -7,9 +7,9 @@ from typing import Final
 
 import pytest
 
-from world.storm.plans.plan import read
-from world.storm.results import Job, perform
-from world.storm.workers import Lost, answers
+from swarm.storm.plans.plan import read
+from swarm.storm.results import Job, perform
+from swarm.storm.workers import Lost, answers
 
 pytestmark = pytest.mark.long("a hundred storms on all cores: two minutes")
 

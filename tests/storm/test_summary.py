@@ -7,9 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import binomtest
 
-from world.storm.laws.judge import Violation
-from world.storm.results import CLASSES, RunResult
-from world.storm.summary import as_json, as_text, tables, wilson
+from swarm.storm.laws.judge import Violation
+from swarm.storm.results import CLASSES, RunResult
+from swarm.storm.summary import as_json, as_text, tables, wilson
 
 CONTACT = Violation("no contact", 7, ("r1",), "r1 touched wall")
 OVERLAP = Violation("no overlap", 9, ("r1", "r2"), "r1 and r2 hold cell 4")

@@ -9,10 +9,10 @@ import pytest
 
 import swarm.robot.driving.cell_pilot as pilot
 from swarm.robot.driving.tables import fuzzy_speeds
+from swarm.storm.history.history import record
+from swarm.storm.laws.judge import LAWS
+from swarm.storm.plans.draw import draw
 from tests.shared import mostly_long
-from world.storm.history.history import record
-from world.storm.laws.judge import LAWS
-from world.storm.plans.draw import draw
 
 SAFE = (
     "no exception", "no contact", "no overlap", "no hold without a claim", "takes only what is free", "no body outside",

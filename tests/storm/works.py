@@ -6,8 +6,8 @@ import signal
 from pathlib import Path
 from typing import Any
 
-from world.storm.laws.judge import Violation
-from world.storm.results import Job, RunResult
+from swarm.storm.laws.judge import Violation
+from swarm.storm.results import Job, RunResult
 
 
 def doubled(number: int) -> int:

@@ -6,20 +6,20 @@ from msgspec.structs import replace
 from swarm.messages.traffic import Claim, Epoch, JointPlan, Record
 from swarm.traffic.interface import TrafficActivity, TrafficInputs
 from swarm.traffic.joint.protocol import JointPlanning
-from swarm.traffic.joint.states import Following, Frozen
+from swarm.traffic.joint.states import FollowedPlan, Frozen
 from swarm.traffic.obstacles.detector import ProtectiveStop
 from swarm.traffic.outputs import (
     SLACK,
     RecordWriter,
     StepResult,
     activity,
-    hinderers,
-    looks,
-    stops_in,
-    way_ahead,
+    cells_ahead,
+    find_hinderers,
+    has_stop_ahead,
+    must_reach_point,
     waypoints,
 )
-from swarm.traffic.own_route import Goal
+from swarm.traffic.own_route import GoalCell
 from swarm.traffic.peers.situation import Situation
 from swarm.traffic.reservations.route import ALONE, Footprint, RouteProgress
 from swarm.traffic.reservations.rules import Reservations
@@ -41,7 +41,7 @@ def doing(
 
     Bodies were seen in the cells that are ``shut``.
     """
-    aim, heard = Goal(), {"r2": replace(HEARD, held=ROW.at(holds))}
+    aim, heard = GoalCell(), {"r2": replace(HEARD, held=ROW.at(holds))}
     aim.cell, aim.wish = ROW.at(goal)[0], ROW.points(goal)[0]
     plain = StepResult(
         inputs=TrafficInputs(5, ROW.pose(A), aim.wish), body=Footprint(5, ROW.pose(A), A, frozenset({A})),
@@ -64,7 +64,7 @@ def standing() -> JointPlanning:
 
 def following() -> JointPlanning:
     joint = JointPlanning("r1", SETTINGS)
-    joint.following = Following("r1", JointPlan(epoch=Epoch(3, "r2"), ways={}, after={}), (), 3, 140, {})
+    joint.following = FollowedPlan("r1", JointPlan(epoch=Epoch(3, "r2"), ways={}, after={}), (), 3, 140, {})
     return joint
 
 
@@ -104,7 +104,7 @@ HINDERED: dict[str, tuple[StepResult, tuple[str, ...]]] = {  # whom a robot is s
 @pytest.mark.parametrize("name", HINDERED)
 def test_a_robot_that_is_shut_off_names_who_stands_there(name: str) -> None:
     decisions, robots = HINDERED[name]
-    assert hinderers(decisions, activity(decisions)) == robots
+    assert find_hinderers(decisions, activity(decisions)) == robots
 
 
 @pytest.mark.parametrize("name", ACTIVITIES)
@@ -123,7 +123,7 @@ def test_a_robot_needs_an_exact_place_to_look_or_to_be_heard_from() -> None:
         (doing(waits=("r2",)), SETTINGS, False),
         (doing(waits=("r2", "r3")), SETTINGS, True),
     ):
-        assert looks(decisions, settings) is exact
+        assert must_reach_point(decisions, settings) is exact
 
 
 # fmt: off
@@ -142,9 +142,9 @@ AHEAD: dict[str, tuple[StepResult, int, str]] = {  # from which of the held cell
 @pytest.mark.parametrize("name", AHEAD)
 def test_the_way_ahead_ends_at_the_head_or_at_the_next_stop(name: str) -> None:
     decisions, place, cells = AHEAD[name]
-    got = way_ahead(decisions, place)
+    got = cells_ahead(decisions, place)
     assert got == ROW.at(cells)
-    assert stops_in(decisions, got) is ("stop" in name)
+    assert has_stop_ahead(decisions, got) is ("stop" in name)
 
 
 def points(

@@ -14,7 +14,7 @@ from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.traffic.interface import TrafficInputs
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
 from swarm.traffic.lattice.distances import FAR
-from swarm.traffic.own_route import STRAY, Goal, OwnRoute, off_line, own_way
+from swarm.traffic.own_route import STRAY, GoalCell, OwnRoute, distance_to_polyline, find_own_way
 from swarm.traffic.peers.situation import Situation
 from swarm.traffic.reservations.route import ALONE, BESIDE, Footprint, RouteProgress
 from swarm.traffic.reservations.rules import Reservations
@@ -43,7 +43,7 @@ KEPT_TO = {  # the path's corners: the cells that follow
 def test_the_way_keeps_to_the_path_though_another_is_shorter(name: str) -> None:
     corners, way = KEPT_TO[name]
     start, goal = RING.at("ag")
-    assert own_way(RING.cells, start, goal, path=RING.points(corners)) == RING.at(way)
+    assert find_own_way(RING.cells, start, goal, path=RING.points(corners)) == RING.at(way)
 
 
 def test_a_way_is_looked_for_when_there_is_a_reason_to() -> None:
@@ -69,8 +69,8 @@ def test_a_way_is_looked_for_when_there_is_a_reason_to() -> None:
     assert find(shut, 22, e, b) is shut, "there was none a moment ago"
     assert find(shut, 23, e, b) is not shut
     assert find(shut, 24).route == row.at("bcde"), "it is free now"
-    assert find(progress.onto((a, b)), 25).route == row.at("bcde"), "it has left a joint plan"
-    assert find(progress.nowhere(), 26).route == row.at("bcde"), "its way was given up"
+    assert find(progress.on_joint_way((a, b)), 25).route == row.at("bcde"), "it has left a joint plan"
+    assert find(progress.without_way(), 26).route == row.at("bcde"), "its way was given up"
 
 
 def test_a_small_detour_of_the_path_is_not_worth_two_steps_more() -> None:
@@ -78,7 +78,7 @@ def test_a_small_detour_of_the_path_is_not_worth_two_steps_more() -> None:
     room = Drawn("vwxyz", "abcde")
     start, goal = room.at("ae")
     path = room.points("abxde")
-    assert own_way(room.cells, start, goal, path=path) == room.at("bcde")
+    assert find_own_way(room.cells, start, goal, path=path) == room.at("bcde")
 
 
 @pytest.mark.parametrize(("goal", "way"), [("d", "bcd"), ("e", "vwxyze")])
@@ -86,7 +86,7 @@ def test_three_cells_off_the_path_are_worth_two_steps_more_and_two_are_not(goal:
     """A cell off the path costs 0.7 steps."""
     room = Drawn("vwxyz", "abcde")
     (start,), (end,) = room.at("a"), room.at(goal)
-    assert own_way(
+    assert find_own_way(
         room.cells, start, end, path=room.points("av" + way[-2] * (goal == "e") + "y" * (goal == "d") + goal)
     ) == room.at(way)
 
@@ -95,16 +95,16 @@ def test_a_way_across_an_open_floor_is_a_staircase_along_the_line() -> None:
     cells = Drawn(*["." * 12] * 8).cells
     start, goal = 0, len(cells) - 1
     line = shapely.LineString([cells.centre(start), cells.centre(goal)])
-    way = own_way(cells, start, goal)
+    way = find_own_way(cells, start, goal)
     assert len(way) == cells.distances(goal)[start]
     assert max(shapely.distance(line, shapely.Point(cells.centre(cell))) for cell in way) < 0.75 * SIDE
 
 
 def test_no_way_leads_into_what_is_left_out() -> None:
     start, goal, middle, top = RING.at("agd4")
-    assert middle not in own_way(RING.cells, start, goal, {middle})
-    assert own_way(RING.cells, start, goal, {middle, top, *RING.at("m")}) == ()
-    assert own_way(RING.cells, start, start) == ()
+    assert middle not in find_own_way(RING.cells, start, goal, {middle})
+    assert find_own_way(RING.cells, start, goal, {middle, top, *RING.at("m")}) == ()
+    assert find_own_way(RING.cells, start, start) == ()
 
 
 @given(st.integers(0, 1000), st.lists(places, max_size=4), st.data())
@@ -121,7 +121,7 @@ def test_the_way_is_the_cheapest_in_steps_and_in_what_it_strays(
     def cost(into: int) -> float:
         return 1.0 + STRAY * float(shapely.distance(line, shapely.Point(cells.centre(into)))) / SIDE
 
-    way = own_way(cells, start, goal, shut, path)
+    way = find_own_way(cells, start, goal, shut, path)
     graph = nx.DiGraph()
     graph.add_nodes_from(range(len(cells)))
     graph.add_weighted_edges_from(
@@ -151,7 +151,7 @@ def test_a_way_round_is_kept_though_the_obstacle_is_forgotten() -> None:
     assert ways[0] == straight
     assert ways[1] in {under, over}
     assert ways[2:4] == [ways[1]] * 2
-    assert own_way(RING.cells, start, goal, {middle, other}) == ways[4] == over
+    assert find_own_way(RING.cells, start, goal, {middle, other}) == ways[4] == over
 
 
 def test_a_way_that_leads_to_the_goal_is_kept_though_the_planner_finds_another_path() -> None:
@@ -170,7 +170,7 @@ def test_a_way_that_leads_to_the_goal_is_kept_though_the_planner_finds_another_p
 def test_of_equal_ways_the_first_found_stays() -> None:
     square = Drawn("cd", "ab")
     (start,), (end,) = square.at("a"), square.at("d")
-    assert own_way(square.cells, start, end) == square.at("bd")
+    assert find_own_way(square.cells, start, end) == square.at("bd")
 
 
 # fmt: off
@@ -190,7 +190,7 @@ OFF = {  # a line, a point, the distance between them [m]
 @pytest.mark.parametrize("name", OFF)
 def test_how_far_a_point_is_off_a_line(name: str) -> None:
     line, point, off = OFF[name]
-    assert off_line(line, point) == pytest.approx(off)
+    assert distance_to_polyline(line, point) == pytest.approx(off)
 
 
 FLOOR = Drawn("ab#c", "de#f")
@@ -204,9 +204,9 @@ def near(cell: int, dx: float = 0.0, dy: float = 0.0) -> Point:
     return x + dx, y + dy
 
 
-def wish(goal: Goal, place: Point | None, head: int = A, tick: int = 0) -> bool:
+def wish(goal: GoalCell, place: Point | None, head: int = A, tick: int = 0) -> bool:
     body = Footprint(tick, FLOOR.pose(head), head, frozenset({head}))
-    return goal.set(place, RouteProgress(Reservations((head,)), (ALONE,)), body, FLOOR.cells, RADIUS)
+    return goal.set_wish(place, RouteProgress(Reservations((head,)), (ALONE,)), body, FLOOR.cells, RADIUS)
 
 
 # fmt: off
@@ -225,13 +225,13 @@ WISHES: dict[str, tuple[Point, int]] = {
 @pytest.mark.parametrize("name", WISHES)
 def test_the_goal_is_the_cell_of_the_wanted_point_or_the_nearest_that_can_be_reached(name: str) -> None:
     place, cell = WISHES[name]
-    goal = Goal()
+    goal = GoalCell()
     assert wish(goal, place, tick=7)
     assert (goal.cell, goal.since, goal.wish, goal.way_out) == (cell, 7, place, ())
 
 
 def test_a_goal_changes_when_its_cell_does() -> None:
-    goal = Goal()
+    goal = GoalCell()
     told = [
         (wish(goal, place, tick=tick), goal.cell, goal.since)
         for tick, place in enumerate((near(B), near(B), near(B, 0.3), near(E), None, near(E), near(B)))
@@ -242,7 +242,7 @@ def test_a_goal_changes_when_its_cell_does() -> None:
 
 
 def test_without_a_wish_the_goal_is_where_the_robot_was_then() -> None:
-    goal = Goal()
+    goal = GoalCell()
     assert goal.cell == OUTSIDE
     assert [(wish(goal, None, head), goal.cell) for head in (A, B)] == [(False, A), (False, A)]
     wish(goal, near(E), B)
@@ -257,7 +257,7 @@ def test_a_robot_stands_at_the_wanted_point_or_as_near_as_it_fits_in_the_cell(
     dx: float, dy: float, x: float, y: float
 ) -> None:
     """The cell's half side is 0.6 m, the disc's radius 0.28 m."""
-    goal = Goal()
+    goal = GoalCell()
     wish(goal, near(E, dx, dy))
     for _ in range(2):
         assert goal.place(near(E, dx, dy), ROOM, FLOOR.cells) == pytest.approx(near(E, x, y))
@@ -266,7 +266,7 @@ def test_a_robot_stands_at_the_wanted_point_or_as_near_as_it_fits_in_the_cell(
 
 
 def test_a_goal_is_not_chosen_again_while_the_wish_stays() -> None:
-    goal = Goal()
+    goal = GoalCell()
     assert goal.since == 0
     wish(goal, near(C), A)
     assert (wish(goal, near(C), C), goal.cell) == (False, B), "though there is a way from where it is now"
@@ -277,8 +277,8 @@ def test_a_goal_is_not_chosen_again_while_the_wish_stays() -> None:
 def test_beside_an_open_floor_the_goal_is_the_nearest_cell() -> None:
     floor = Drawn("ab", "cd")
     (a,), (x, y) = floor.at("a"), floor.points("a")[0]
-    goal, body = Goal(), Footprint(0, floor.pose(a), a, frozenset({a}))
-    assert goal.set((x - 2.0, y), RouteProgress(Reservations((a,)), (ALONE,)), body, floor.cells, RADIUS)
+    goal, body = GoalCell(), Footprint(0, floor.pose(a), a, frozenset({a}))
+    assert goal.set_wish((x - 2.0, y), RouteProgress(Reservations((a,)), (ALONE,)), body, floor.cells, RADIUS)
     assert goal.cell == a
 
 
@@ -288,7 +288,7 @@ class Edited:
     def __init__(self, *, shut: bool) -> None:
         self.stands = (False, not shut, True)
 
-    def around(self, cell: int, reach: int) -> range:
+    def cells_around(self, cell: int, reach: int) -> range:
         return range(cell + reach + 1)
 
     def centre(self, cell: int) -> Point:
@@ -320,7 +320,7 @@ def test_a_way_leads_out_of_a_cell_in_which_an_edit_left_the_robot(name: str) ->
     held = (2, 1, 0)[-len(steps) :]
     body = Footprint(0, Pose(0.5, 0.5, 0.0), 0, frozenset({0}))
     for shut in (False, True):
-        goal = Goal()
-        goal.set((2.5, 0.5), RouteProgress(Reservations(held), steps), body, Edited(shut=shut), RADIUS)  # type: ignore[arg-type]
+        goal = GoalCell()
+        goal.set_wish((2.5, 0.5), RouteProgress(Reservations(held), steps), body, Edited(shut=shut), RADIUS)  # type: ignore[arg-type]
         assert goal.way_out == ((1,) if looked and not shut else ()), "only into a cell beside"
         assert goal.cell == (1 if goal.way_out else 2)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from swarm.traffic.progress_checker import ProgressChecker, farther_than, shorter_way
+from swarm.traffic.progress_checker import ProgressChecker, make_movement_test, make_way_length_test
 
 
 @pytest.mark.parametrize(
@@ -17,17 +17,17 @@ from swarm.traffic.progress_checker import ProgressChecker, farther_than, shorte
     ],
 )
 def test_only_a_shorter_way_or_another_one_begins_anew(lefts: list[int], ticks: list[int]) -> None:
-    checker = ProgressChecker(shorter_way(longer=2))
+    checker = ProgressChecker(make_way_length_test(longer=2))
     assert [checker.check(left, tick) for tick, left in enumerate(lefts)] == ticks
 
 
 def test_a_clock_that_stands_and_a_way_that_is_no_new_one() -> None:
-    checker = ProgressChecker(shorter_way())
+    checker = ProgressChecker(make_way_length_test())
     assert [checker.check(left, clock) for left, clock in ((5, 1), (9, 2), (99, 2), (5, 3), (4, 4))] == [0, 1, 1, 2, 0]
 
 
 def test_a_robot_makes_progress_once_it_has_moved_farther_than_the_radius() -> None:
-    checker = ProgressChecker(farther_than(0.5))
+    checker = ProgressChecker(make_movement_test(0.5))
     moves = [(1.0, 0.0), (2.0, 0.5), (3.0, 0.51), (4.0, 0.9), (5.0, 0.0)]  # s, m
     assert [checker.check((x, 0.0), time) for time, x in moves] == [0.0, 1.0, 0.0, 1.0, 0.0]
     checker.restart((0.0, 0.0), 6.0)

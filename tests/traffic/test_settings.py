@@ -49,14 +49,14 @@ DRIVEN = {  # speed at first [m/s], time [s]: how far [m], how fast then [m/s], 
 @pytest.mark.parametrize("case", DRIVEN)
 def test_how_far_a_robot_may_have_driven(case: str) -> None:
     speed, time, way, top = DRIVEN[case]
-    assert replace(SETTINGS, speed=0.9, acceleration=2.0).driven(speed, time) == pytest.approx((way, top))
+    assert replace(SETTINGS, speed=0.9, acceleration=2.0).reach_after(speed, time) == pytest.approx((way, top))
 
 
 @given(st.floats(0.0, 0.9), st.floats(0.0, 3.0), st.floats(0.0, 3.0))
 def test_two_times_one_after_the_other_are_their_sum(speed: float, first: float, second: float) -> None:
-    way, later = SETTINGS.driven(speed, first)
-    rest, last = SETTINGS.driven(later, second)
-    assert (way + rest, last) == pytest.approx(SETTINGS.driven(speed, first + second))
+    way, later = SETTINGS.reach_after(speed, first)
+    rest, last = SETTINGS.reach_after(later, second)
+    assert (way + rest, last) == pytest.approx(SETTINGS.reach_after(speed, first + second))
     assert way <= SETTINGS.speed * first + 1e-12
 
 
@@ -77,7 +77,11 @@ def test_two_that_claim_one_cell_hear_each_other_wherever_they_are(reach: float)
     assert settings.claim_radius == pytest.approx((reach - 1.0) / 2)
     assert 2 * settings.claim_radius <= reach - 1.0 + 1e-9, "and have a metre to spare"
     a_second_of_two = 2 * 1.0 * settings.speed
-    assert settings.claim_radius + a_second_of_two <= settings.alone <= settings.claim_radius + 3 * a_second_of_two
+    assert (
+        settings.claim_radius + a_second_of_two
+        <= settings.alone_distance
+        <= settings.claim_radius + 3 * a_second_of_two
+    )
 
 
 @pytest.mark.parametrize("reach", [3.4, 5.0, 8.0, 9.0, 20.0, 50.0])

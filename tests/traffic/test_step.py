@@ -50,6 +50,7 @@ def test_a_corridor_swap_is_called_unsolvable_within_seconds() -> None:
     assert_clean(report | {"traffic": report["traffic"] | {"deadlocks": 0}})
 
 
+@pytest.mark.long("two simulated runs with faults")
 def test_the_same_faults_twice_are_the_same_run() -> None:
     def digest(seed: int) -> str:
         run = DOOR.fleet("abcd", "dcba", loss=0.3, faults=Faults(held_up=10, suspended=30), seed=seed).run(30)
@@ -74,7 +75,7 @@ def test_a_last_target_for_all_is_left_to_the_next() -> None:
     report = simulation.run(300)
     assert report["complete"], report["reason"]
     assert_clean(report)
-    assert simulation.world.finished, "who is done is done wherever it has been moved to"
+    assert simulation.world.is_finished, "who is done is done wherever it has been moved to"
 
 
 def test_a_robot_alone_in_a_corridor_turns_to_an_aim_behind_it() -> None:
@@ -198,6 +199,7 @@ def test_robots_that_answer_late_complete(late: float) -> None:
     assert_clean(report)
 
 
+@pytest.mark.long("minutes of simulated traffic")
 def test_the_leader_dies_with_its_plan_just_made() -> None:
     simulation = DOOR.fleet("abcdefgh", "hgfedcba", faults=Faults(kill_leader_at=0.0))
     report = simulation.run(90)
@@ -205,7 +207,7 @@ def test_the_leader_dies_with_its_plan_just_made() -> None:
     assert report["contacts"]["robot"] == 0
     arrived = {robot for robot, one in report["per_robot"].items() if one["reached"] != [None]}
     dead = simulation.world.poses()[0]
-    stood_in = set(DOOR.cells.touched(dead.x, dead.y, 0.2))
+    stood_in = set(DOOR.cells.cells_under_disc(dead.x, dead.y, 0.2))
     goals = dict(zip(simulation.world.robots, DOOR.at("hgfedcba"), strict=True))
     assert arrived >= {robot for robot, goal in goals.items() if goal not in stood_in} - {"r1"}
     assert len(arrived) >= 6
@@ -296,7 +298,7 @@ def test_a_robot_kept_from_a_cell_that_it_holds_gives_it_up_and_takes_another_wa
         def check(self, progress: object, body: int, goal: int, **_: object) -> int | None:
             return b if next(ticks) == 60 else None
 
-    monkeypatch.setattr(traffic, "BlockedByObstacle", KeptOnce)
+    monkeypatch.setattr(traffic, "BlockageChecker", KeptOnce)
     r1 = Traffic("r1", floor.cells, TrafficConstants())
     outs = [r1.step(TrafficInputs(tick, Pose(x, y, 0.0), goal), floor.cells) for tick in range(62)]
     assert (outs[59].held[:2], outs[59].way, outs[59].events) == ((a, b), floor.at("abc"), ())

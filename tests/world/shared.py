@@ -13,7 +13,7 @@ from swarm.messages import JOIN, Activity, Command, Event, Join, Liveness, Phase
 from swarm.scenario.load import Scenario
 from swarm.settings import Pace
 from tests.shared import scenario_of
-from world.host.answering import answer
+from world.host.request_answers import answer
 from world.host.run import Run
 from world.saving import snapshot_file
 from world.saving.snapshot_file import HostState, Snapshot

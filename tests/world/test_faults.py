@@ -8,7 +8,8 @@ from typing import Any
 import pytest
 
 from swarm.geometry import bearing, distance
-from swarm.robot.driving.safety import Lateness, SafetyFilter
+from swarm.robot.driving.lateness import Lateness
+from swarm.robot.driving.safety import SafetyFilter
 from swarm.scenario.load import load
 from swarm.traffic.obstacles.detector import ObstacleDetector
 from tests.shared import ROOT, scenario_of
@@ -194,7 +195,7 @@ def towards_movers() -> float:
 def test_a_robot_with_late_answers_does_not_drive_at_a_mover_that_it_sees(monkeypatch: pytest.MonkeyPatch) -> None:
     assert towards_movers() < 0.05
     monkeypatch.setattr(SafetyFilter, "near_threats", lambda *_: inf)
-    monkeypatch.setattr(Lateness, "expected", lambda _: ())
+    monkeypatch.setattr(Lateness, "expected_commands", lambda _: ())
     detect = ObstacleDetector.detect
     monkeypatch.setattr(ObstacleDetector, "detect", lambda *known: detect(*known)._replace(bodies=()))
     assert towards_movers() > 0.3, "the world shows nothing any more: find another one"

@@ -12,13 +12,13 @@ from swarm.scenario.load import Scenario
 from tests.shared import scenario_of
 from tests.world.shared import command
 from world import simulate
-from world.bodies.edits import edited
+from world.bodies.edits import apply_edit
 from world.bodies.movers import Patrol
 from world.faults import SILENT, Drill, Faults, Health, Spell
 from world.measure.progress import STALLED
 from world.measure.verdict import PROVEN
 from world.simulate import Simulation
-from world.views.truth import truth
+from world.views.truth import make_truth
 from world.world import World
 
 DT = 0.05  # s
@@ -40,10 +40,10 @@ def test_a_run_is_over_when_everybody_is_done() -> None:
     world = world_of(AT, THERE)
     done = {"activity": Activity.DONE, "unreachable": [0, 1]}
     world.step({"r1": say(world, **done), "r2": say(world)})
-    assert not world.finished
-    assert world.tasks.unfinished == ["r2"]
+    assert not world.is_finished
+    assert world.tasks.unfinished_robots == ["r2"]
     world.step({"r2": say(world, **done)})
-    assert world.finished
+    assert world.is_finished
 
 
 def test_who_says_that_it_is_done_and_has_not_been_there_is_named_once_and_not_believed() -> None:
@@ -51,7 +51,7 @@ def test_who_says_that_it_is_done_and_has_not_been_there_is_named_once_and_not_b
     events = [world.step({"r1": say(world, activity=Activity.DONE, unreachable=[1])}) for _ in range(3)]
     texts = [[event.text for event in some if event.kind == "false_claim"] for some in events]
     assert texts == [["says it is done but has not reached target 1; not counted"], [], []]
-    assert not world.finished
+    assert not world.is_finished
 
 
 def test_a_run_reports_the_time_that_it_took(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -78,10 +78,10 @@ def test_a_jam_proven_to_have_no_way_out_ends_the_run_after_a_while(kind: str) -
     world.step({"r1": say(world, notes=[(kind, "in words")])} | waits)
     for _ in range(round(PROVEN / DT) - 2):
         world.step({"r1": say(world, notes=[(kind, "again")])})  # saying it again starts no new count
-        assert not world.finished
+        assert not world.is_finished
     for _ in range(2):
         world.step({})
-    assert world.finished is ends
+    assert world.is_finished is ends
     assert (world.measures.verdict.state.text == "again") is said
     assert world.time < 10.0, "nobody waits long for a run that is over"
 
@@ -94,11 +94,11 @@ def test_who_reaches_a_stop_takes_the_proof_back() -> None:
         world.step({"r1": say(world, left=0.6, right=0.6)})
     for _ in range(2 * round(PROVEN / DT)):
         world.step({})
-    assert not world.finished
+    assert not world.is_finished
     assert world.measures.verdict.state.text == ""
     events = [event for _ in range(round(PROVEN / DT) + 2) for event in world.step(
         {"r1": say(world, notes=[("unsolvable", "no way")], activity=Activity.GIVE_WAY)} | waits)]  # fmt: skip
-    assert world.finished, "it still holds, as its robot says again"
+    assert world.is_finished, "it still holds, as its robot says again"
     assert world.measures.verdict.state.text == "no way"
     assert "unsolvable" not in [event.kind for event in events], "that is no news"
 
@@ -129,14 +129,14 @@ def test_the_proof_of_a_jam_counts_if_nobody_gets_on_and_a_second_robot_says_so(
             )
             for robot in world.robots
         })  # fmt: skip
-    assert world.finished is ends
+    assert world.is_finished is ends
 
 
 def test_a_robot_alone_needs_no_second_voice() -> None:
     world = world_of(AT)
     for _ in range(round(PROVEN / DT) + 2):
         world.step({"r1": say(world, notes=[("unsolvable", "no way")])})
-    assert world.finished
+    assert world.is_finished
 
 
 # --- stops given up ---
@@ -222,12 +222,12 @@ def test_how_near_to_a_robot_a_wall_may_be_put_up(
     further = late * (max(map(abs, wheels)) + 2.0 * DT) * DT if any(wheels) else 0.0
     bodies = [("r1", Pose(6.0 - 0.2 - least - further - more, 3.5, 0.0), wheels)]
     wall, hole = (Edit(kind=kind, low=(6.2, 3.2), high=(6.8, 3.8)) for kind in (Kind.WALL, Kind.FREE))
-    edited(scenario.map, hole, bodies, scenario.settings.robot, DT)
+    apply_edit(scenario.map, hole, bodies, scenario.settings.robot, DT)
     if allowed:
-        assert edited(scenario.map, wall, bodies, scenario.settings.robot, DT, late).cells[3, 6]
+        assert apply_edit(scenario.map, wall, bodies, scenario.settings.robot, DT, late).cells[3, 6]
     else:
         with pytest.raises(ConfigError, match="r1 can stop before" if any(wheels) else "r1 stands there"):
-            edited(scenario.map, wall, bodies, scenario.settings.robot, DT, late)
+            apply_edit(scenario.map, wall, bodies, scenario.settings.robot, DT, late)
 
 
 # --- what watchers see ---
@@ -247,7 +247,7 @@ def test_the_truth_is_what_can_be_seen_from_outside() -> None:
             )
         }
     )
-    told = truth(world)
+    told = make_truth(world)
     (body,) = told.bodies
     pose = world.poses()[0]
     assert told.tick == 1
@@ -284,7 +284,7 @@ def test_where_a_mover_is_at_a_time(name: str) -> None:
     loop, time, place = PLACES[name]
     mover = {"radius": 0.3, "waypoints": [[0.0, 0.0], [3.0, 0.0], [3.0, 4.0]], "speed": 1.0, "loop": loop}
     (settings,) = scenario_of(movers=[mover]).settings.movers
-    assert tuple(Patrol(settings).at(time)) == pytest.approx(place, abs=1e-4)
+    assert tuple(Patrol(settings).pose_at(time)) == pytest.approx(place, abs=1e-4)
 
 
 # --- spells of faults ---
@@ -317,7 +317,7 @@ def test_a_process_born_again_goes_on_with_the_mission_and_the_floor_of_now() ->
     assert simulation.robots[0] is not first
     assert reached[119] == [True, False], "the first target is near"
     assert reached[120] == [True, False]
-    assert not simulation.robots[0].missed(simulation.world.senses(lockstep=True)["r1"])
+    assert not simulation.robots[0].has_missed_edits(simulation.world.senses(lockstep=True)["r1"])
 
 
 def test_held_up_a_robot_thinks_and_speaks_and_stands() -> None:

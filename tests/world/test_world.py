@@ -11,7 +11,7 @@ from swarm.scenario.load import Scenario
 from tests.shared import ROOM, scenario_of, with_settings
 from tests.world.shared import command
 from world.bodies.radio_model import RadioModel
-from world.host.last_messages import merged
+from world.host.last_messages import merge_commands
 from world.measure.clearance import ClearanceJudge
 from world.simulate import Simulation
 from world.world import World
@@ -257,6 +257,6 @@ def test_without_anything_to_touch_the_gap_is_infinite() -> None:
 def test_of_two_commands_within_a_tick_nothing_told_once_is_lost(late_first: bool) -> None:
     late = command(0.1, tick=4, notes=[("joint_plan", "leads 8 robots")], sent=True)
     latest = command(0.3, tick=5, notes=[("halted", "something is near")])
-    got = merged(late, latest) if late_first else merged(latest, late)
+    got = merge_commands(late, latest) if late_first else merge_commands(latest, late)
     assert (got.tick, got.left, got.sent) == (5, 0.3, True)
     assert got.notes == [("joint_plan", "leads 8 robots"), ("halted", "something is near")]

@@ -14,7 +14,7 @@ from swarm.robot.tuning import SAFETY
 from swarm.settings import RobotSettings
 
 
-def edited(
+def apply_edit(
     floor: OccupancyMap,
     edit: Edit,
     bodies: Iterable[tuple[str, Pose, tuple[float, float]]],
@@ -30,7 +30,7 @@ def edited(
         ConfigError: the edit is outside the map, or a robot stands there or could not stop before it.
     """
     kind = KINDS[edit.kind]
-    changed, low, high = floor.edited(kind, edit.low, edit.high)
+    changed, low, high = floor.edit_rectangle(kind, edit.low, edit.high)
     if low[0] >= high[0] or low[1] >= high[1]:
         raise ConfigError(f"edit: expected a rectangle on the map, got {edit.low} to {edit.high}; move it")
     if kind == FREE:
@@ -40,7 +40,7 @@ def edited(
         gap = block.distance(ShapelyPoint(pose.x, pose.y)) - robot.radius
         if gap <= 0.0:
             raise ConfigError(f"edit: expected a free place for a {edit.kind.value}, {name} stands there; wait")
-        if not stops_before(gap, wheels, robot, dt, late):
+        if not can_stop_before(gap, wheels, robot, dt, late):
             raise ConfigError(
                 f"edit: expected a place for a {edit.kind.value} that {name} can stop before, "
                 f"it drives {gap:.2f} m away; wait"
@@ -48,7 +48,7 @@ def edited(
     return changed
 
 
-def stops_before(gap: float, wheels: tuple[float, float], robot: RobotSettings, dt: float, late: int = 0) -> bool:
+def can_stop_before(gap: float, wheels: tuple[float, float], robot: RobotSettings, dt: float, late: int = 0) -> bool:
     """Return True if a robot with these rim speeds [m/s] stands, or can stop before what is put ``gap`` [m] away.
 
     It senses that ``late`` ticks later than now.

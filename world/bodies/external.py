@@ -11,9 +11,9 @@ from swarm.errors import ConfigError
 from swarm.geometry import Pose, wrap
 from swarm.maps.occupancy import OccupancyMap
 from swarm.messages import BODY, BodyReport
-from swarm.scenario.starts import names as scenario_names
-from world.bodies.said import Said
-from world.bodies.sensing import FreeDistances
+from swarm.scenario.starts import robot_names as scenario_names
+from world.bodies.event_line import EventLine
+from world.bodies.sensors import FreeDistances
 
 SLACK: Final = 0.02  # m that a body may seem to move beyond its top speed: it measures, too
 
@@ -24,7 +24,7 @@ class Reported(NamedTuple):
     poses: dict[int, Pose]
     wheels: dict[int, tuple[float, float]]  # rim speeds [m/s]
     jumped: list[int]
-    said: list[Said]
+    said: list[EventLine]
 
 
 def check_external(names: Sequence[str], robots: int) -> tuple[str, ...]:
@@ -63,12 +63,12 @@ class External:
         is refused, and counts as none.
         """
         poses, reports, silent = self.state
-        wheels, jumped, said = dict[int, tuple[float, float]](), list[int](), list[Said]()
+        wheels, jumped, said = dict[int, tuple[float, float]](), list[int](), list[EventLine]()
         for name, number in self._numbers.items():
             last, report = reports.get(number), self.told.get(name)
             if report is not None and not floor.inside(floor.cell_of(report.x, report.y)):
                 text = f"is at ({report.x:g}, {report.y:g}) m by its body's report, beyond the map"
-                said.append(Said("body_refused", text, name))
+                said.append(EventLine("body_refused", text, name))
                 report = None
             if report is not None and (last is None or report.tick > last.tick):
                 pose, before = Pose(report.x, report.y, wrap(report.yaw)), poses[number]
@@ -77,10 +77,10 @@ class External:
                 if moved > most:
                     jumped.append(number)
                     text = f"jumped {moved:.2f} m in {ticks * self._dt:.2f} s, by its body's report"
-                    said.append(Said("body_jumped", text, name))
+                    said.append(EventLine("body_jumped", text, name))
                 if number in silent:
                     silent.remove(number)
-                    said.append(Said("body_back", "reports its body again", name))
+                    said.append(EventLine("body_back", "reports its body again", name))
                 reports[number], poses[number] = report, pose
                 wheels[number] = (report.left, report.right)
                 continue
@@ -89,7 +89,7 @@ class External:
             if quiet > BODY.timeout and number not in silent:
                 silent.append(number)
                 text = f"has reported no body for {BODY.timeout:g} s; it counts as standing"
-                said.append(Said("body_silent", text, name))
+                said.append(EventLine("body_silent", text, name))
         return Reported(dict(poses), wheels, jumped, said)
 
     def distances(self, rays: int, reach: float) -> dict[int, FreeDistances]:

@@ -22,7 +22,7 @@ class Patrol:
         """Return how long [s] it takes to come round."""
         return self._stations[-1] / self._speed
 
-    def at(self, time: float) -> Pose:
+    def pose_at(self, time: float) -> Pose:
         """Return the pose at a time [s] since the run began; the yaw is the direction of the path."""
         along = self._speed * time % self._stations[-1]
         leg = max(k for k in range(len(self._points) - 1) if self._stations[k] <= along)

@@ -12,7 +12,7 @@ import numpy as np
 import pymunk
 from numpy.typing import NDArray
 
-from swarm.geometry import Pose, Twist, chord, wrap
+from swarm.geometry import Pose, Twist, displacement_of_twist, wrap
 from swarm.maps.occupancy import FREE, OBSTACLE, UNKNOWN, WALL, OccupancyMap, Point
 from world.bodies import rays
 from world.bodies.shapes import Contact, Motion, PhysicsState
@@ -169,7 +169,7 @@ class Physics:
                     body.velocity = (0.0, 0.0)
                 else:
                     x, y = body.position
-                    dx, dy = chord(body.angle, twist, dt)
+                    dx, dy = displacement_of_twist(body.angle, twist, dt)
                     body.velocity = ((x + dx - x) / dt, (y + dy - y) / dt)  # without what rounding loses in x + dx
                 body.angular_velocity = twist.angular
             for number, (vx, vy, turning) in goals:
@@ -241,7 +241,7 @@ class Physics:
 
     def sees_each(self, here: Point, places: Numbers) -> list[bool]:
         """Return ``sees`` from a point to each place, (n, 2) [m]."""
-        seen: list[bool] = rays.sees_each(*self._ground, *here, places).tolist()
+        seen: list[bool] = rays.are_in_sight(*self._ground, *here, places).tolist()
         return seen
 
     def _place(self) -> None:

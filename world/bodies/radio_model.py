@@ -7,13 +7,16 @@ import numpy as np
 from swarm.geometry import Pose
 from swarm.maps.occupancy import Point
 from swarm.settings import RadioSettings
-from swarm.traffic.peers.radio_range import in_range
+from swarm.traffic.peers.radio_range import list_pairs_in_range
 
 Spoken = tuple[int, int]  # number of the robot that sent a broadcast, and the tick of the sense that it answered
 
 
 class RadioModel:
-    """Range, line of sight and loss, drawn with the world's seed in the order of the robots' numbers."""
+    """Decides which broadcasts reach whom: range, line of sight, and loss drawn with the world's seed.
+
+    Robots draw in the order of their numbers.
+    """
 
     def __init__(self, settings: RadioSettings, seed: int, sees: Callable[[Point, Point], bool]) -> None:
         self._settings = settings
@@ -33,7 +36,7 @@ class RadioModel:
         for spoken in sorted(sent):
             of_sender.setdefault(spoken[0], []).append(spoken)
         senders = list(of_sender)
-        pairs = in_range(np.array(poses, np.float64), np.array(senders, np.int64), settings.range).tolist()
+        pairs = list_pairs_in_range(np.array(poses, np.float64), np.array(senders, np.int64), settings.range).tolist()
         if settings.line_of_sight:
             pairs = [(one, other) for one, other in pairs if self._sees(poses[one][:2], poses[other][:2])]
         reached = [(listener, spoken) for listener, sender in pairs for spoken in of_sender[sender]]

@@ -91,7 +91,7 @@ def cast_all(
 
 
 @njit("b1[::1](u1[:, ::1], f8, f8, f8, f8, f8, f8, f8[:, ::1])", cache=True)
-def sees_each(
+def are_in_sight(
     solid: NDArray[np.uint8],
     side: float,
     origin_x: float,

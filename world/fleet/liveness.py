@@ -8,7 +8,7 @@ from typing import Final
 
 from swarm.messages import STATE, Liveness, Seen
 from world.fleet.membership import Note
-from world.tasks.standing import LOST
+from world.tasks.standstill import LOST
 
 AWAY: Final = 90.0  # s of absence after which the run ends without a robot if all others are finished
 STEP: Final = 1.0  # s; a longer time between two looks is one in which the world itself stood
@@ -72,7 +72,7 @@ class Liveliness:
         self.seen = {name: Seen(seen.liveness, 0.0) for name, seen in self.seen.items()}
         self._silent = dict.fromkeys(self._silent, 0.0)
 
-    def heard(self, robot: str) -> None:
+    def note_message(self, robot: str) -> None:
         """Take in that a robot has sent a message."""
         self._silent[robot] = 0.0
 

@@ -56,7 +56,7 @@ class Membership:
         return [name for name in self._tokens if self.is_present(name)]
 
     @property
-    def absent(self) -> list[str]:
+    def absent_robots(self) -> list[str]:
         """Robots whose process is not present."""
         return [name for name in self._tokens if not self.is_present(name)]
 
@@ -70,16 +70,16 @@ class Membership:
         return [name for name in self._tokens if self.is_present(name) or name in self._expected]
 
     @property
-    def unsettled(self) -> bool:
+    def is_unsettled(self) -> bool:
         """True if it is open whether a robot has gone."""
         return bool(self._leaving or self._expected)
 
     @property
-    def awaited(self) -> list[str]:
+    def robots_awaited(self) -> list[str]:
         """Robots that were present before the router or the world went away, and are expected back."""
         return list(self._expected)
 
-    def away(self, name: str) -> float:
+    def absence_time(self, name: str) -> float:
         """Return for how long [s] a robot has been absent while the clock ran."""
         return self._away.get(name, 0.0)
 
@@ -100,7 +100,7 @@ class Membership:
 
     def ready(self, now: float) -> bool:
         """Return True if all robots are present, and the announced dashboards are present or took too long."""
-        return not self.absent and (len(self._dashboards) >= self._watchers or now >= self._watchers_until)
+        return not self.absent_robots and (len(self._dashboards) >= self._watchers or now >= self._watchers_until)
 
     def expect(self, robots: Iterable[str], until: float) -> None:
         """Wait for robots that were present before, until a time [s]."""
@@ -137,7 +137,7 @@ class Membership:
             if lost and heirs:  # welcomed as well, it came second
                 self._replaced.append(name)
                 self._joined[name] = heirs[0]
-                self._came(name)
+                self._take_token(name)
             elif lost:
                 self._leaving[name] = now
             return None
@@ -145,13 +145,13 @@ class Membership:
             tokens.add(session)
         if session in self._welcomed[name] and (session == owner or owner not in tokens):
             self._joined[name] = session
-            self._came(name)
+            self._take_token(name)
         elif owner in tokens and (name, session) not in self._named and len(self._named) < STRANGERS:
             self._named.add((name, session))
             return Note("duplicate", "is announced by a second process, which has not joined; it is ignored", name)
         return None
 
-    def _came(self, name: str) -> None:
+    def _take_token(self, name: str) -> None:
         self._leaving.pop(name, None)
         self._away.pop(name, None)
         self._expected.discard(name)
@@ -170,7 +170,7 @@ class Membership:
             gone += sorted(self._expected)
             self._expected.clear()
         if running:
-            for name in self.absent:
+            for name in self.absent_robots:
                 self._away[name] = self._away.get(name, 0.0) + now - self._looked_at
         self._looked_at = now
         return [Note("gone", "has lost its process; its body stops", name) for name in gone]
@@ -194,7 +194,7 @@ class Membership:
             and session != self._joined.get(asked)
         ):
             raise PeerError(f"robot {asked!r} is here already; stop that one first, or join without a name")
-        free = [name for name in self.absent if all(one.until < now for one in self._welcomed[name].values())]
+        free = [name for name in self.absent_robots if all(one.until < now for one in self._welcomed[name].values())]
         if asked is None and not free:
             raise PeerError(f"all {len(everybody)} places are taken; start the world with more robots")
         name = asked or min(free, key=lambda name: name in self._expected)
@@ -209,7 +209,7 @@ class Membership:
             self._replaced.append(name)
         if session in tokens:
             self._joined[name] = session
-            self._came(name)
+            self._take_token(name)
         return name
 
     def leave(self, name: str, session: str, now: float) -> bool:

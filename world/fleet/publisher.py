@@ -79,7 +79,7 @@ class Publisher:
 
     def tell_truth(self, tick: int, truth: Callable[[], Truth]) -> None:
         """Send all true poses at the topic's rate, if anybody listens."""
-        if tick % self._truth_every == 0 and self._bus.wanted(TRUTH):
+        if tick % self._truth_every == 0 and self._bus.has_listener(TRUTH):
             self._bus.send(TRUTH, truth())
 
     def tell_status(self, truth: Truth, status: Status) -> None:

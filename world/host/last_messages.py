@@ -13,14 +13,14 @@ AGAIN: Final = 1.0  # s after which it is sent its sense again
 Sent = tuple[str, int]  # a robot and the tick of its broadcast, which is that of the sense it was sent after
 
 
-class Asked:
+class SenseTimes:
     """When each robot was sent the sense of this tick [s, on the caller's clock]."""
 
     def __init__(self, robots: Sequence[str], now: float) -> None:
         self._first = dict.fromkeys(robots, now)
         self._last = dict.fromkeys(robots, now)
 
-    def again(self, lacking: Sequence[str], now: float) -> list[str]:
+    def robots_to_send_again(self, lacking: Sequence[str], now: float) -> list[str]:
         """Return the robots of ``lacking`` that are to be sent the sense now: never sent before, or long ago."""
         due = [name for name in lacking if now - self._last.get(name, float("-inf")) >= AGAIN]
         for name in due:
@@ -71,7 +71,7 @@ class LastMessages:
                 if message.sent:
                     self.sent.append((name, message.tick))
                 known = self.commands.get(name)
-                self.commands[name] = message if known is None else merged(message, known)
+                self.commands[name] = message if known is None else merge_commands(message, known)
             case BodyReport():
                 known_body = self.bodies.get(name)
                 if known_body is not None and message.tick <= known_body.tick:
@@ -84,17 +84,17 @@ class LastMessages:
                 self.plans[name] = message
         return True
 
-    def carried_out(self) -> None:
+    def forget_commands(self) -> None:
         """Forget the commands of a tick that is over."""
         self.commands, self.sent, self.in_time = {}, [], 0
 
-    def awaited(self, present: Sequence[str]) -> list[str]:
+    def robots_awaited(self, present: Sequence[str]) -> list[str]:
         """Return the present robots that are expected to answer."""
         return [name for name in present if name not in self.deaf]
 
-    def lacking(self, present: Sequence[str], tick: int) -> list[str]:
+    def robots_without_answer(self, present: Sequence[str], tick: int) -> list[str]:
         """Return the robots that still have to answer this tick."""
-        return [name for name in self.awaited(present) if self._answered.get(name) != tick]
+        return [name for name in self.robots_awaited(present) if self._answered.get(name) != tick]
 
     def lacking_bodies(self, outside: Sequence[str], present: Sequence[str], tick: int) -> list[str]:
         """Return the present robots whose body is outside and still has to report that it carried out this tick."""
@@ -102,7 +102,7 @@ class LastMessages:
         return [name for name in awaited if name not in self.bodies or self.bodies[name].tick != tick]
 
 
-def merged(one: Command, other: Command) -> Command:
+def merge_commands(one: Command, other: Command) -> Command:
     """Return the later of two commands of one robot, or the second of one tick, with the notes of both.
 
     A robot that was late answers twice within one tick of the world. Only its latest speeds count, but no note is lost,

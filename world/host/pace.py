@@ -26,7 +26,7 @@ class Times:
         self.bins[min(BINS - 1, ceil(log(max(seconds, SHORTEST) / SHORTEST) / STEP))] += 1
         self.longest = max(self.longest, seconds)
 
-    def within(self, share: float) -> float:
+    def time_within(self, share: float) -> float:
         """Return the time [s] within which this share of the ticks was over."""
         ticks = list(accumulate(self.bins))
         return min(SHORTEST * exp(bisect_left(ticks, share * ticks[-1]) * STEP), self.longest)
@@ -35,7 +35,7 @@ class Times:
         """Return the times for a report [s]; None if no tick was counted."""
         if not any(self.bins):
             return None
-        return {name: self.within(share) for name, share in SHARES.items()} | {"max": self.longest}
+        return {name: self.time_within(share) for name, share in SHARES.items()} | {"max": self.longest}
 
 
 class Timetable:
@@ -62,14 +62,14 @@ class Timetable:
         The time runs from the tick's place in the timetable: a world that begins a tick late spends that time too, and
         a tick that is not answered in time takes at least the period.
         """
-        left = self.left
+        left = self.time_left
         if not self._timed and (answered or left == 0.0):
             self._timed = True
             self.times.add(self._period - (self._next - monotonic()))
         return left
 
     @property
-    def left(self) -> float:
+    def time_left(self) -> float:
         """Seconds until the current tick ends; 0 if it has ended."""
         return max(0.0, self._next - monotonic())
 

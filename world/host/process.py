@@ -13,14 +13,14 @@ from swarm.messages import BODY, CLOCK, COMMAND, PLAN, RADIO, SENSE, STATE, STAT
 from swarm.scenario.load import Scenario
 from swarm.secure import Identity
 from swarm.settings import Pace
-from swarm.stopping import told_to_stop
+from swarm.stop_signal import stop_flag
 from world.fleet.membership import HAS_LEFT
 from world.fleet.single_world import check_alone
-from world.host.answering import answer
-from world.host.last_messages import SILENT, Asked
+from world.host.last_messages import SILENT, SenseTimes
+from world.host.request_answers import answer
 from world.host.requests import ANSWERED, Requests, waits_in_tick
 from world.host.run import Run
-from world.host.taping import foreign, keep, take
+from world.host.tape_feed import foreign, put_broadcast_on_tape, put_message_on_tape
 from world.saving.snapshot_file import make_room, remove
 from world.views.report_file import write
 
@@ -64,7 +64,7 @@ def run(
         ConfigError: there is no router, the fleet has a world, the starts have no room for so many robots, the snapshot
             is of another run, or the report cannot be written.
     """
-    with told_to_stop() as stop, Bus(endpoint, fleet, log, Heartbeat()) as bus:
+    with stop_flag() as stop, Bus(endpoint, fleet, log, Heartbeat()) as bus:
         run = Run(
             bus, scenario, robots, seed, pace, limit, wait, watchers, snapshot, log, outside, first_run, given_up, tape
         )
@@ -99,7 +99,7 @@ class Host:
         self._linked = True
         self._looked_at = float("-inf")  # s, for robots that have gone
         self._found_at = 0.0  # s, when robots that are away were looked for last
-        self._asked = Asked([], 0.0)
+        self._asked = SenseTimes([], 0.0)
         self._senses: Mapping[str, Sense] = {}
         self._worlds = {bus.id}  # sessions that announce a world and are no rivals
         self._rival = False  # another world was seen
@@ -205,17 +205,17 @@ class Host:
         """Wait for the commands of all present robots; send the sense again to robots that came late or are silent."""
         run, last = self._run, self._run.last
         world = run.world
-        asked = self._asked = Asked([*run.membership.present, *map(BODY_OF, run.outside)], run.awake.now())
+        asked = self._asked = SenseTimes([*run.membership.present, *map(BODY_OF, run.outside)], run.awake.now())
         while run.in_tick and run.world is world and self._linked and not stop.is_set():
             present = run.membership.present
-            lacking = last.lacking(present, world.tick)
-            if not last.awaited(present):
+            lacking = last.robots_without_answer(present, world.tick)
+            if not last.robots_awaited(present):
                 self._receive(LOOK)  # no robot answers: wait for one to come back
                 return
             bodies = {BODY_OF(name): name for name in last.lacking_bodies(run.outside, present, world.tick)}
             if not lacking and not bodies:
                 return
-            for name in asked.again([*lacking, *bodies], run.awake.now()):
+            for name in asked.robots_to_send_again([*lacking, *bodies], run.awake.now()):
                 robot = bodies.get(name, name)  # the robot says its command again, and the body may answer that
                 self._bus.send(SENSE, self._senses[robot], robot=robot)
             last.bodiless.update(bodies[name] for name in asked.overdue(list(bodies), run.awake.now()))
@@ -240,16 +240,16 @@ class Host:
     def _receive(self, timeout: float) -> bool:
         """Take in the next arrival within a time [s]; return False if there is none."""
         run = self._run
-        arrived = self._bus.receive(min(timeout, PEEK) if run.membership.unsettled else timeout)
+        arrived = self._bus.receive(min(timeout, PEEK) if run.membership.is_unsettled else timeout)
         match arrived:
             case Arrival(topic=topic, ids=ids, message=message) if topic is BODY and run.membership.knows(ids["robot"]):
-                take(run, ids["robot"], message)
+                put_message_on_tape(run, ids["robot"], message)
             case Arrival(topic=topic, message=message) if topic is RADIO:
-                keep(run, message)
+                put_broadcast_on_tape(run, message)
             case Arrival(ids=ids, message=message, sender=sender):
                 if run.membership.speaks(ids["robot"], sender):
-                    run.liveliness.heard(ids["robot"])
-                    take(run, ids["robot"], message)
+                    run.liveliness.note_message(ids["robot"])
+                    put_message_on_tape(run, ids["robot"], message)
                 else:
                     self._name_impostor(ids["robot"])
             case Presence():
@@ -284,10 +284,10 @@ class Host:
     def _find_absent(self) -> None:
         """Ask for the tokens of robots that are away: one that came before the old link's end was told is forgotten."""
         membership, now = self._run.membership, self._run.awake.now()
-        if now - self._found_at > FIND and membership.absent:
+        if now - self._found_at > FIND and membership.absent_robots:
             self._found_at = now
-            for presence in self._bus.announced("robot", LOOK):
-                if presence.id in membership.absent:
+            for presence in self._bus.query_announced("robot", LOOK):
+                if presence.id in membership.absent_robots:
                     self._take_presence(presence)
 
     def _name_impostor(self, robot: str) -> None:
@@ -304,10 +304,10 @@ class Host:
         running = not run.stands
         gone = membership.look(now, running=running)
         told = gone if run.phase is Phase.RUNNING else []
-        before, away = liveliness.seen, {name: membership.away(name) for name in membership.absent}
+        before, away = liveliness.seen, {name: membership.absence_time(name) for name in membership.absent_robots}
         names = [note.robot for note in told]
         time = run.world.time
-        changed = liveliness.look(now, time, away, running=running, gone=names, expected=membership.awaited)
+        changed = liveliness.look(now, time, away, running=running, gone=names, expected=membership.robots_awaited)
         for note in told:
             run.repeatable.no_longer(f"{note.robot} has lost its process", time)
         for note in (*told, *changed):

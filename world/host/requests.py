@@ -66,7 +66,7 @@ class Requests:
 
     def wait(self, *, closed: Closed) -> float:
         """Return the seconds until the next request may be answered; infinity if none waits for its share alone."""
-        return inf if self._next(closed=closed) is None else max(0.0, -self._earned() / SHARE)
+        return inf if self._next(closed=closed) is None else max(0.0, -self._time_earned() / SHARE)
 
     def serve(self, answer: Callable[[Request], None], *, closed: Closed) -> None:
         """Answer those who wait, first come first served, until their share is spent.
@@ -74,7 +74,7 @@ class Requests:
         Time in which the machine does something else, as saving to a disk, is not charged, but ends the turn.
         """
         until = perf_counter() + self._most
-        while (request := self._next(closed=closed)) is not None and self._earned() >= 0.0:
+        while (request := self._next(closed=closed)) is not None and self._time_earned() >= 0.0:
             self._line.remove(request)
             began = thread_time()
             answer(request)
@@ -85,7 +85,7 @@ class Requests:
     def _next(self, *, closed: Closed) -> Request | None:
         return next((one for one in self._line if not closed(one)), None)
 
-    def _earned(self) -> float:
+    def _time_earned(self) -> float:
         """Return the time [s] that they have left, negative if they took too much."""
         now = perf_counter()
         self._saved, self._at = min(self._most, self._saved + SHARE * (now - self._at)), now

@@ -8,13 +8,14 @@ from pathlib import Path
 from threading import Lock
 from typing import Final
 
-from swarm.awake import Awake
 from swarm.bus import Bus
 from swarm.maps.wire import unpack
 from swarm.messages import Accepted, Clock, Event, Phase, Places, Sense, State, Status, Truth
 from swarm.scenario.load import Scenario
 from swarm.scenario.prepare import planning_grid, prepare
 from swarm.settings import Pace
+from swarm.suspend_clock import Awake
+from swarm.tape.writer import Tape
 from world.bodies.external import check_external
 from world.fleet.liveness import Liveliness, is_lost
 from world.fleet.membership import BACK, HAS_LEFT, Membership
@@ -24,12 +25,11 @@ from world.host.last_messages import LastMessages
 from world.host.pace import Stopwatch, Times, Timetable
 from world.host.reproducible import Repeatable
 from world.saving.snapshot_file import HostState, Saver, Snapshot, newest
-from world.tape.writer import Tape
 from world.tasks.places import Book
 from world.views.metrics import shortest_lengths
-from world.views.report import ROOM, listed, missing, report
+from world.views.report import ROOM, list_within, missing, report
 from world.views.status import states, status
-from world.views.truth import truth
+from world.views.truth import make_truth
 from world.world import World
 
 NAMED: Final = 64  # named buttons whose answers are kept
@@ -59,7 +59,7 @@ class Run:
         self.seed, self.pace, self._limit = seed, pace, limit
         self._saver = Saver(snapshot, self.scenario, seed, log)
         self.outside = check_external(outside, robots)
-        self.world = self._begun(first_run, 0, new_identity(), None)
+        self.world = self._make_world(first_run, 0, new_identity(), None)
         self.publisher = Publisher(bus, self.scenario, self.world, log)
         self.awake = Awake()
         self.membership = Membership(self.world.robots, watchers, self.awake.now())
@@ -90,7 +90,7 @@ class Run:
         self.world.poses()
 
     @contextmanager
-    def changing(self) -> Iterator[None]:
+    def lock_for_change(self) -> Iterator[None]:
         """Keep other threads from reading while bodies change; then read all poses: later readers change nothing."""
         with self._moving:
             yield
@@ -104,12 +104,12 @@ class Run:
     @property
     def stands(self) -> bool:
         """True if the clock is stopped: the run is not running, robots are expected back, or nothing is left to do."""
-        return self.phase is not Phase.RUNNING or bool(self.membership.awaited) or self._rests
+        return self.phase is not Phase.RUNNING or bool(self.membership.robots_awaited) or self._rests
 
     @property
     def stays(self) -> bool:
         """True if the run does not end by itself: the fleet serves, or somebody who attends has cancelled a mission."""
-        return self.world.settings.serve or (self._attended and bool(self.world.tasks.missions.dropped))
+        return self.world.settings.serve or (self._attended and bool(self.world.tasks.missions.dropped_targets))
 
     @property
     def _rests(self) -> bool:
@@ -122,9 +122,9 @@ class Run:
     def waits(self) -> bool:
         """True if only robots that are absent have anything left to do."""
         left = self.world.tasks.waits_for(self.membership.members)
-        return bool(left) and set(left).issubset(self.membership.absent)
+        return bool(left) and set(left).issubset(self.membership.absent_robots)
 
-    def _begun(self, run: int, edits: int, identity: str, places: Book | None) -> World:
+    def _make_world(self, run: int, edits: int, identity: str, places: Book | None) -> World:
         """Return the world at the beginning of a run."""
         return World(self.scenario, self._starts, self.seed, run, edits, identity, self.outside, places)
 
@@ -133,7 +133,7 @@ class Run:
         host = found.host
         if found.floor is not None:
             self.scenario = replace(self.scenario, map=unpack(found.floor))
-        self.world = self._begun(found.run, found.state.bodies.edits, found.identity, found.places)
+        self.world = self._make_world(found.run, found.state.bodies.edits, found.identity, found.places)
         self.publisher.floor = floor(self.scenario, self.world)
         self._admit(self.world.robots[len(self._starts) :])
         self.world.restore(found.state)
@@ -152,14 +152,14 @@ class Run:
         """Save the state if it has changed; in lockstep only while no tick is under way."""
         if self._unsaved and not (self.lockstep and self.in_tick):
             self._unsaved = False
-            rows = self.tape.saved() if self._saver.on else 0
-            with self.changing():
+            rows = self.tape.note_save() if self._saver.is_on else 0
+            with self.lock_for_change():
                 self._saver.save(self.world, lambda: self._state(rows))
 
     @property
     def is_saved(self) -> bool:
         """True if a world that comes after this one finds a state to go on with."""
-        return self._saver.on and not self._saver.failed
+        return self._saver.is_on and not self._saver.failed
 
     def save_soon(self) -> None:
         """Save the state now, or in lockstep after the tick that is under way."""
@@ -186,7 +186,7 @@ class Run:
     def truth(self) -> Truth:
         """Return the true state of all bodies."""
         with self._moving:
-            return truth(self.world)
+            return make_truth(self.world)
 
     def states(self) -> dict[str, State]:
         """Return the state of every robot; of one that is not there, its last."""
@@ -239,7 +239,7 @@ class Run:
 
     def senses(self) -> Mapping[str, Sense]:
         """Begin a tick: return what every robot senses."""
-        self.tape.sensed()
+        self.tape.note_senses()
         self.in_tick = True
         return self.world.senses(self.lockstep)
 
@@ -247,12 +247,12 @@ class Run:
         """Move all robots to the next tick by the commands that have come."""
         self.tape.step()
         self.world.bodies.external.told = self.last.bodies
-        with self.changing():
+        with self.lock_for_change():
             events = self.world.step(self.last.commands, self.last.sent)
         for event in events:
             self.repeatable.hear(event)
         self.publisher.keep(events)
-        self.last.carried_out()
+        self.last.forget_commands()
         self.in_tick = False
         if self.world.due:
             self.save_soon()
@@ -262,19 +262,21 @@ class Run:
         self._end_if_over()
 
     def _end_if_over(self) -> None:
-        world, unfinished, stays = self.world, self.world.tasks.unfinished, self.stays
-        away = {name: self.membership.away(name) for name in unfinished}
-        if not stays and world.finished:
+        world, unfinished, stays = self.world, self.world.tasks.unfinished_robots, self.stays
+        away = {name: self.membership.absence_time(name) for name in unfinished}
+        if not stays and world.is_finished:
             self.end(missing(world))
         elif unfinished and not stays and is_lost(away, self._given_up) and not world.plans_matter:
             self._lost = unfinished
-            self.end(f"lost {listed(unfinished, ', ', ROOM)}: absent for {min(away.values()):.0f} s; {missing(world)}")
+            self.end(
+                f"lost {list_within(unfinished, ', ', ROOM)}: absent for {min(away.values()):.0f} s; {missing(world)}"
+            )
         elif world.time >= self._limit:
             self.end(f"time limit of {self._limit:g} s; {missing(world)}")
 
     def open_places(self, request: Places) -> tuple[Accepted, list[Event]]:
         """Open places for more robots; for the result and errors see ``World.open_places``."""
-        with self.changing():
+        with self.lock_for_change():
             answer, events = self.world.open_places(request)
             self._admit([event.robot for event in events if event.robot is not None])
         return answer, events
@@ -301,9 +303,9 @@ class Run:
         """Begin a new run: all robots are back at their starts, progress is cleared."""
         self.publisher.tell_status(self.truth(), self.status())  # how the old one ended
         old = self.world
-        self.tape.restarted()
-        with self.changing():
-            self.world = self._begun(old.run + 1, old.bodies.edits, old.identity, old.tasks.places)
+        self.tape.note_restart()
+        with self.lock_for_change():
+            self.world = self._make_world(old.run + 1, old.bodies.edits, old.identity, old.tasks.places)
             self.last = LastMessages()
         self.stopwatch, self.timetable.times, self._lengths = Stopwatch(), Times(), []
         self.repeatable.begin()

@@ -8,7 +8,7 @@ from typing import Final, NamedTuple
 from swarm.geometry import Pose
 from swarm.messages import Activity, Command
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
-from world.measure.state import Fault, TrafficState, WatchState
+from world.measure.state import ReservationFault, TrafficState, WatchState
 from world.measure.steering import IDLE
 
 STUCK: Final = 10.0  # s for which robots stand in a circle of waits before it counts as a deadlock
@@ -44,7 +44,7 @@ class TrafficWatch:
 
     def look(
         self, tick: int, poses: Sequence[Pose], fresh: Mapping[str, Command], last: Sequence[Command]
-    ) -> list[Fault]:
+    ) -> list[ReservationFault]:
         """Return the faults of a tick, judged from all poses, the ``fresh`` commands and each robot's last command."""
         before, self.state.poses = self.state.poses or poses, poses
         robots, plans = dict[str, Watched](), 0
@@ -59,7 +59,7 @@ class TrafficWatch:
         self.state.watch.joint_plans += plans
         return self.judge(tick, robots)
 
-    def judge(self, tick: int, robots: Mapping[str, Watched]) -> list[Fault]:
+    def judge(self, tick: int, robots: Mapping[str, Watched]) -> list[ReservationFault]:
         """Check one tick; return the faults that begin in it."""
         state = self.state.watch
         mutes = {robot: seen for robot, seen in robots.items() if seen.mute}
@@ -67,7 +67,7 @@ class TrafficWatch:
         now = [*self._overlaps(robots), *self._outside(robots), *self._contacts(robots)]
         if mutes or state.under:
             now += self._intrusions(mutes, robots)
-        begun = [Fault(tick, *what) for what in now if what[:2] not in state.running]
+        begun = [ReservationFault(tick, *what) for what in now if what[:2] not in state.running]
         state.running = {what[:2] for what in now}
         state.faults += begun
         self._count_waits(robots)
@@ -89,7 +89,7 @@ class TrafficWatch:
     def _outside(self, robots: Mapping[str, Watched]) -> list[Found]:
         found: list[Found] = []
         for robot, seen in robots.items():
-            touched = self.cells.touched(seen.pose.x, seen.pose.y, self.radius - NUMERIC)
+            touched = self.cells.cells_under_disc(seen.pose.x, seen.pose.y, self.radius - NUMERIC)
             strayed = tuple(cell for cell in touched if cell not in seen.held)
             if strayed:
                 found.append(("outside", (robot,), strayed))
@@ -103,7 +103,7 @@ class TrafficWatch:
         """
         state = self.state.watch
         under = {
-            robot: set(self.cells.touched(seen.pose.x, seen.pose.y, self.radius - NUMERIC)) - {OUTSIDE}
+            robot: set(self.cells.cells_under_disc(seen.pose.x, seen.pose.y, self.radius - NUMERIC)) - {OUTSIDE}
             for robot, seen in mutes.items()
         }
         found: list[Found] = []

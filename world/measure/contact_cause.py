@@ -65,8 +65,8 @@ class Blame:
         was = self.state.before[0][robot]
         now, then = (max(0, when) * self._dt for when in (tick, tick - SPAN))
         for mover, patrol in self._movers:
-            its, its_before = patrol.at(now), patrol.at(then)
-            x, y = _core(mover, its, pose)
+            its, its_before = patrol.pose_at(now), patrol.pose_at(then)
+            x, y = _nearest_core(mover, its, pose)
             apart = hypot(x - pose.x, y - pose.y)
             if apart - (mover.radius or 0.0) > self._reach:
                 continue
@@ -83,7 +83,7 @@ def stands(wheels: tuple[float, float]) -> bool:
     return abs(sum(wheels)) / 2 <= MOVES
 
 
-def _core(mover: MoverSettings, its: Pose, pose: Pose) -> tuple[float, float]:
+def _nearest_core(mover: MoverSettings, its: Pose, pose: Pose) -> tuple[float, float]:
     """Return the centre of a disc, or the point of a box that is nearest to a pose."""
     if mover.size is None:
         return its.x, its.y

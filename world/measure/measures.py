@@ -9,7 +9,7 @@ from swarm.scenario.load import Scenario
 from swarm.traffic.lattice.cell_map import CellMap
 from swarm.traffic.lattice.placement import cells_of
 from world.bodies.bodies import Moved
-from world.bodies.said import Said
+from world.bodies.event_line import EventLine
 from world.measure.cell_watch import TrafficWatch
 from world.measure.progress import ProgressWatch
 from world.measure.recorder import WAITING, Recorder
@@ -66,37 +66,37 @@ class Measures:
 
     def check(
         self, tick: int, time: float, poses: Sequence[Pose], fresh: Mapping[str, Command], last: Sequence[Command]
-    ) -> list[Said]:
+    ) -> list[EventLine]:
         """Return what robots note with their ``fresh`` commands, and what the check of reservations finds."""
         said = []
         for name, command in sorted(fresh.items()):
             for kind, text in command.notes:
                 if self.verdict.take(name, kind, text, time):
-                    said.append(Said(kind, text, name))
+                    said.append(EventLine(kind, text, name))
         for fault in self.reservations.look(tick, poses, fresh, last):
             cells = ", ".join(map(str, fault.where))
             text = f"{fault.kind} of {' and '.join(fault.robots)} in cell {cells}"
-            said.append(Said("traffic_fault", text, fault.robots[0]))
+            said.append(EventLine("traffic_fault", text, fault.robots[0]))
         return said
 
-    def record(self, moved: Moved, in_force: Sequence[Command | None], last: Sequence[Command]) -> list[Said]:
+    def record(self, moved: Moved, in_force: Sequence[Command | None], last: Sequence[Command]) -> list[EventLine]:
         """Record a tick: how robots moved by the commands ``in_force``, and their ``last`` ones; return contacts."""
         said = []
         for contact in self.recorder.contacts(moved.contacts, moved.touching, moved.wheels, moved.poses):
             other = f" {self._robots[contact.other]}" if contact.other is not None else ""
             text = f"touches {contact.kind}{other}"
-            said.append(Said("contact", text, self._robots[contact.robot], moved.where[contact]))
+            said.append(EventLine("contact", text, self._robots[contact.robot], moved.where[contact]))
         self.steering.look(in_force, moved.poses)
         self.recorder.poses(moved.poses)
-        self.recorder.doing(last)
+        self.recorder.record_activities(last)
         return said
 
-    def stalled(self, time: float, moved: Moved, stops: Sequence[int | None]) -> list[int]:
+    def record_stalls(self, time: float, moved: Moved, stops: Sequence[int | None]) -> list[int]:
         """Record who stands with a stop left; return the robots that begin to stall at a time [s]."""
-        self.recorder.stood(stops, moved.wheels)
+        self.recorder.record_standing(stops, moved.wheels)
         return self.progress.look(time, moved.poses, stops)
 
-    def jammed(self, time: float, commands: Sequence[Command]) -> bool:
+    def is_jammed(self, time: float, commands: Sequence[Command]) -> bool:
         """Return True if the robots have proven that their jam has no solution, and the world believes it."""
         standing = dict(zip(self._robots, self.progress.standing(time), strict=True))
         waiting = [name for name, one in zip(self._robots, commands, strict=True) if one.activity in WAITING]

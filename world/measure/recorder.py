@@ -112,7 +112,7 @@ class Recorder:
     def _digest(self, packed: bytes) -> None:
         self.counts.digest = hashlib.blake2b(self.counts.digest + packed, digest_size=16).digest()
 
-    def doing(self, commands: Sequence[Command]) -> None:
+    def record_activities(self, commands: Sequence[Command]) -> None:
         """Record what every robot did in a tick."""
         for number, command in enumerate(commands):
             if command.activity in WAITING:
@@ -121,7 +121,7 @@ class Recorder:
                 for other in set(command.waits):
                     row[other] = row.get(other, 0.0) + self._dt
 
-    def stood(self, stops: Sequence[int | None], wheels: Sequence[tuple[float, float]]) -> None:
+    def record_standing(self, stops: Sequence[int | None], wheels: Sequence[tuple[float, float]]) -> None:
         """Record who stood in a tick with a stop left, by the rim speeds [m/s]; it does not depend on what they say."""
         for number, (stop, (left, right)) in enumerate(zip(stops, wheels, strict=True)):
             if stop is not None and abs(left) <= MOVES and abs(right) <= MOVES:

@@ -12,15 +12,15 @@ from msgspec import Struct
 
 from swarm.geometry import Pose
 from swarm.messages import Steering
-from world.bodies.sensing import FreeDistances
+from world.bodies.sensors import FreeDistances
 from world.bodies.shapes import Contact
 
 
-class State(Struct, array_like=True, forbid_unknown_fields=True):
+class ArrayState(Struct, array_like=True, forbid_unknown_fields=True):
     """Base of all states: a snapshot has the fields alone, in their order."""
 
 
-class RecorderState(State, kw_only=True):
+class RecorderState(ArrayState, kw_only=True):
     """The state of `Recorder`."""
 
     digest: bytes = bytes(16)
@@ -39,7 +39,7 @@ class RecorderState(State, kw_only=True):
     smallest: float = inf  # m, of `ClearanceJudge`
 
 
-class Fault(NamedTuple):
+class ReservationFault(NamedTuple):
     """A violation of reservations, when it began."""
 
     tick: int
@@ -48,10 +48,10 @@ class Fault(NamedTuple):
     where: tuple[int, ...]  # cells
 
 
-class WatchState(State, kw_only=True):
+class WatchState(ArrayState, kw_only=True):
     """What `TrafficWatch` has found and counted."""
 
-    faults: list[Fault] = []
+    faults: list[ReservationFault] = []
     conflicts: int = 0  # times a robot began to wait for another
     joint_plans: int = 0
     deadlocks: int = 0  # times robots that stood waited for each other in a circle for 10 s
@@ -68,14 +68,14 @@ class WatchState(State, kw_only=True):
     intruders: dict[tuple[str, str], bool] = {}  # (mute, holder): the mute one drove in
 
 
-class TrafficState(State, kw_only=True):
+class TrafficState(ArrayState, kw_only=True):
     """The state of `TrafficWatch`."""
 
     poses: Sequence[Pose]
     watch: WatchState
 
 
-class ProgressState(State, kw_only=True):
+class ProgressState(ArrayState, kw_only=True):
     """The state of `ProgressWatch`, by the robots' numbers."""
 
     times: list[int] = []  # how often each has stalled
@@ -86,7 +86,7 @@ class ProgressState(State, kw_only=True):
     stalled: list[bool] = []
 
 
-class SteeringState(State, kw_only=True):
+class SteeringState(ArrayState, kw_only=True):
     """The state of `SteeringWatch`."""
 
     sensed: dict[tuple[int, int], FreeDistances] = {}  # in the last ticks, by robot and tick
@@ -97,7 +97,7 @@ class SteeringState(State, kw_only=True):
     labels: list[Steering | None]  # of the last tick; None: no command is in force
 
 
-class VerdictState(State, kw_only=True):
+class VerdictState(ArrayState, kw_only=True):
     """The state of `Verdict`."""
 
     text: str = ""  # the last verdict on a jam

@@ -12,7 +12,7 @@ from swarm.fuzzy import Controller
 from swarm.geometry import Pose, distance, wrap
 from swarm.messages import COMMAND, Activity, Command, Steering
 from swarm.scenario.load import Scenario
-from world.bodies.sensing import FreeDistances
+from world.bodies.sensors import FreeDistances
 from world.measure.state import SteeringState
 
 CLOSE: Final = 1e-3  # m/s; rim speeds this close count as equal; rounding makes 1e-15
@@ -63,7 +63,7 @@ class SteeringWatch:
         self.state.poses = [*self.state.poses, start]
         self.state.labels.append(None)
 
-    def sensed(self, tick: int, distances: Sequence[FreeDistances]) -> None:
+    def note_distances(self, tick: int, distances: Sequence[FreeDistances]) -> None:
         """Take in what robots sense at a tick."""
         for number, one in enumerate(distances):
             self.state.sensed[number, tick] = one

@@ -120,13 +120,13 @@ def write(snapshot: Snapshot, path: Path) -> None:
     packed = ENCODER.encode(snapshot)
     beside = _beside(path)
     beside.write_bytes(HEAD + checksum(packed) + packed)
-    earlier(path).unlink(missing_ok=True)
+    earlier_file(path).unlink(missing_ok=True)
     with suppress(OSError):  # there is none yet, or the file system has no links: then there is no one before
-        os.link(path, earlier(path))
+        os.link(path, earlier_file(path))
     os.replace(beside, path)
 
 
-def earlier(path: Path) -> Path:
+def earlier_file(path: Path) -> Path:
     """Return the file of the snapshot before."""
     return path.with_name(f".{path.name}.earlier")
 
@@ -139,7 +139,7 @@ def remove(path: Path) -> None:
 
 def make_room(path: Path) -> None:
     """Remove what is kept beside a snapshot."""
-    for file in (earlier(path), _beside(path)):
+    for file in (earlier_file(path), _beside(path)):
         file.unlink(missing_ok=True)
 
 
@@ -162,7 +162,7 @@ def newest(path: Path, scenario: Scenario, robots: int, seed: int, log: Callable
         return read(path, scenario, robots, seed)
     except ConfigError as fault:
         spoilt = fault
-    for file, name in ((_beside(path), "that was being written"), (earlier(path), "before")):
+    for file, name in ((_beside(path), "that was being written"), (earlier_file(path), "before")):
         with suppress(ConfigError):
             found = read(file, scenario, robots, seed)
             log(f"{spoilt}; went on from the snapshot {name}")
@@ -216,7 +216,7 @@ class Saver:
         self.failed = False
 
     @property
-    def on(self) -> bool:
+    def is_on(self) -> bool:
         """True if anything is saved."""
         return self._path is not None
 

@@ -17,10 +17,10 @@ from swarm.settings import Settings
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
 from swarm.traffic.lattice.distances import FAR
 from swarm.traffic.lattice.placement import comes_near
-from world.bodies.said import Said
+from world.bodies.event_line import EventLine
+from world.tasks.assignment import cheapest_pairs
 from world.tasks.missions import Missions
 from world.tasks.orders import OrderChange
-from world.tasks.pairing import cheapest_pairs
 from world.tasks.reachable import Reachable
 from world.tasks.task_pool import Errand, TaskChange, TaskPool
 
@@ -38,7 +38,7 @@ class Dispatcher:
     """The pool of one run and the robots that serve it, by their numbers."""
 
     def __init__(self, settings: Settings, missions: Missions, robots: Sequence[str]) -> None:
-        self.pool = TaskPool.of(settings.pool)
+        self.pool = TaskPool.pool_of(settings.pool)
         self._settings, self._missions, self._robots = settings, missions, robots
         self._every = max(1, round(EVERY * settings.rate))
 
@@ -56,7 +56,7 @@ class Dispatcher:
 
         return self.pool.add(request, time, check)
 
-    def matters(self, poses: Sequence[Pose], cells: CellMap, commands: Sequence[Command], tick: int) -> bool:
+    def has_waiting_errand(self, poses: Sequence[Pose], cells: CellMap, commands: Sequence[Command], tick: int) -> bool:
         """Return True if an errand waits that some robot could take, now or when it is free."""
         if not (waiting := self.pool.waiting):
             return False
@@ -65,7 +65,7 @@ class Dispatcher:
 
     def step(
         self, poses: Sequence[Pose], cells: CellMap, commands: Sequence[Command], standing: Sequence[float], tick: int
-    ) -> list[Said]:
+    ) -> list[EventLine]:
         """Settle the errands that robots have, and hand out those that wait; return what has changed.
 
         ``standing`` is how long [s] each robot has made no progress, infinite if it has no stop left.
@@ -81,12 +81,12 @@ class Dispatcher:
 
     def _settle(
         self, poses: Sequence[Pose], cells: CellMap, commands: Sequence[Command], standing: Sequence[float], tick: int
-    ) -> list[Said]:
-        said: list[Said] = []
-        for errand in self.pool.taken:
+    ) -> list[EventLine]:
+        said: list[EventLine] = []
+        for errand in self.pool.taken_errands:
             robot = errand.robot
             assert robot is not None
-            why = self._over(errand, robot, commands[robot], tick)
+            why = self._why_errand_ended(errand, robot, commands[robot], tick)
             if why is None and STUCK < standing[robot] < inf and self._could_take_another(robot, poses[robot], cells):
                 why = TaskChange.STUCK
             if why is TaskChange.REACHED:
@@ -96,10 +96,10 @@ class Dispatcher:
                 if why is not TaskChange.REPLACED:
                     self._missions.hand(robot, None)
                 text = f"pool target {errand.name} goes back to the pool: {self._robots[robot]} had it, and {why.value}"
-                said.append(Said("errand_back", text, self._robots[robot]))
+                said.append(EventLine("errand_back", text, self._robots[robot]))
         return said
 
-    def _over(self, errand: Errand, robot: int, command: Command, tick: int) -> TaskChange | None:
+    def _why_errand_ended(self, errand: Errand, robot: int, command: Command, tick: int) -> TaskChange | None:
         """Return why a robot no longer has an errand; None: it has it."""
         missions = self._missions
         if missions.orders.rows[robot].number != errand.assignment:
@@ -117,12 +117,14 @@ class Dispatcher:
 
     # --- errands that wait ---
 
-    def _hand_out(self, poses: Sequence[Pose], cells: CellMap, commands: Sequence[Command], tick: int) -> list[Said]:
+    def _hand_out(
+        self, poses: Sequence[Pose], cells: CellMap, commands: Sequence[Command], tick: int
+    ) -> list[EventLine]:
         queue = self.pool.waiting
         free = [robot for robot, command in enumerate(commands) if queue and self._free(robot, command, tick)]
         if not free:
             return []
-        driven_to = {cells.nearest_standable(*errand.at) for errand in self.pool.taken}
+        driven_to = {cells.nearest_standable(*errand.at) for errand in self.pool.taken_errands}
         apart = (errand for errand in queue if cells.nearest_standable(*errand.at) not in driven_to)
         bid_for = ((one, [self._bid(robot, poses[robot], one, cells) for robot in free]) for one in apart)
         offers = list(islice((offer for offer in bid_for if min(offer[1]) < NO_BID), WINDOW))
@@ -132,16 +134,16 @@ class Dispatcher:
         now = tick / self._settings.rate
         urgent = np.array([PATIENCE * (now - errand.given) for errand in waiting])
         later = np.array([[LAST * (robot in errand.last) for errand in waiting] for robot in free])
-        said: list[Said] = []
+        said: list[EventLine] = []
         for row, column in cheapest_pairs(bids + later - urgent):
             robot, errand, bid = free[row], waiting[column], float(bids[row, column])
             if bid < NO_BID and (cell := cells.nearest_standable(*errand.at)) not in driven_to:
                 driven_to.add(cell)
                 outcome = self._missions.hand(robot, errand.name, errand.at)
                 self.pool.hand_to(errand, robot, self._missions.orders.rows[robot].number)
-                said += [Said(kind, text, self._robots[robot]) for kind, text in outcome.events]
+                said += [EventLine(kind, text, self._robots[robot]) for kind, text in outcome.events]
                 text = f"takes pool target {errand.name} at ({errand.at[0]:g}, {errand.at[1]:g}), {bid:.1f} m away"
-                said.append(Said("errand", text, self._robots[robot]))
+                said.append(EventLine("errand", text, self._robots[robot]))
         return said
 
     def _bid(self, robot: int, pose: Pose, errand: Errand, cells: CellMap) -> float:
@@ -157,12 +159,12 @@ class Dispatcher:
     def _free(self, robot: int, command: Command, tick: int) -> bool:
         """Return True if a robot has nothing to do and may take an errand."""
         missions = self._missions
-        done = command.activity is Activity.DONE and missions.finished(robot, command)
-        return done and not missions.stopped(robot) and self._serves(robot, command, tick, FRESH)
+        done = command.activity is Activity.DONE and missions.is_finished(robot, command)
+        return done and not missions.is_stopped(robot) and self._serves(robot, command, tick, FRESH)
 
     def _serves(self, robot: int, command: Command, tick: int, within: float) -> bool:
         """Return True if a robot was heard within a time [s], and was not sent home or cancelled by request."""
-        return self._silent(command, tick) <= within and not self._missions.orders.withdrawn(robot)
+        return self._silent(command, tick) <= within and not self._missions.orders.is_withdrawn(robot)
 
     def _silent(self, command: Command, tick: int) -> float:
         """Return how old [s] a robot's newest command is."""

@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from swarm.geometry import Pose, distance, wrap
 from swarm.maps.occupancy import Point
-from swarm.messages import Activity, Assigned, Command, Order, RobotAction
+from swarm.messages import Activity, Assigned, Command, Counted, Order, RobotAction
 from swarm.robot.mission import LEAST, heading_at, is_at
 from swarm.settings import Settings
-from world.bodies.said import Said
+from world.bodies.event_line import EventLine
 from world.measure.recorder import Recorder
-from world.tasks.orders import OrderChange, Orders, OrdersState, Past, StopProgress
+from world.tasks.orders import OrderChange, Orders, OrdersState, PastStops, StopProgress
 from world.tasks.reachable import Reachable
 
 
@@ -88,7 +88,7 @@ class Missions:
             return row.what
         return "home" if row.home and stop == len(row.stops) - 1 else f"target {stop + 1}"
 
-    def stopped(self, number: int) -> bool:
+    def is_stopped(self, number: int) -> bool:
         """Return True if a robot was told to stop."""
         return self.orders.rows[number].stopped
 
@@ -103,7 +103,7 @@ class Missions:
         return all(laps or None not in row for laps, row in zip(self.laps, self.reached_at, strict=True))
 
     @property
-    def dropped(self) -> list[tuple[str, str]]:
+    def dropped_targets(self) -> list[tuple[str, str]]:
         """The robots from which `cancel` took targets that they had not reached, and what those were of."""
         return [(name, row.dropped) for name, row in zip(self._robots, self.orders.rows, strict=True) if row.dropped]
 
@@ -114,9 +114,9 @@ class Missions:
 
     def to_tell(self, number: int, command: Command) -> Assigned | None:
         """Return the stops that a robot has not taken over yet, by its last command; None: it has."""
-        return None if command.assignment == self.orders.rows[number].number else self.orders.assigned(number)
+        return None if command.assignment == self.orders.rows[number].number else self.orders.assigned_stops(number)
 
-    def finished(self, number: int, command: Command) -> bool:
+    def is_finished(self, number: int, command: Command) -> bool:
         """Return True if a robot says that it is done, and has no stop left but those it has given up."""
         done = command.activity is Activity.DONE and command.assignment == self.orders.rows[number].number
         return done and self.left[number] is None
@@ -125,7 +125,12 @@ class Missions:
         """Return how far a robot is with the stops that it has now."""
         return StopProgress(self.reached_at[number], self.laps[number])
 
-    def history(self, number: int) -> list[Past]:
+    def counted_stops(self, number: int) -> Counted:
+        """Return which of a robot's stops count so far."""
+        reached = [time is not None for time in self.reached_at[number]]
+        return Counted(assignment=self.orders.rows[number].number, laps=self.laps[number], reached=reached)
+
+    def history(self, number: int) -> list[PastStops]:
         """Return all stops that a robot has had, the present ones last."""
         return self.orders.history(number, self.progress(number))
 
@@ -165,16 +170,16 @@ class Missions:
             return command
         return replace(command, reached=[], unreachable=[])
 
-    def admit(self, number: int, before: Command, command: Command, pose: Pose) -> list[Said]:
+    def admit(self, number: int, before: Command, command: Command, pose: Pose) -> list[EventLine]:
         """Take in what a robot says about its stops; return what it gives up, takes up again, or says wrongly."""
         name = self._robots[number]
         said = [
-            Said("unreachable", f"gives up {self.label(number, stop)}: no path leads there", name)
+            EventLine("unreachable", f"gives up {self.label(number, stop)}: no path leads there", name)
             for stop in command.unreachable
             if stop < len(self.orders.rows[number].stops) and stop not in before.unreachable
         ]
         if command.unreachable != before.unreachable:
-            said += self._taken_up(number, before, command)
+            said += self._describe_taken_up(number, before, command)
             self._next(number, command.unreachable)
         row = self.orders.rows[number]
         for stop, claimed in enumerate(command.reached[: len(row.stops)]):
@@ -183,15 +188,15 @@ class Missions:
                 if (heading := heading_at(row.headings, stop)) is not None:
                     off += f" and {abs(wrap(heading - pose.yaw)):.2f} rad off its heading"
                 text = f"says it reached {self.label(number, stop)} but is {off}; not counted"
-                said.append(Said("false_claim", text, name))
+                said.append(EventLine("false_claim", text, name))
         ours = command.assignment == self.orders.rows[number].number
         done = ours and Activity.DONE is command.activity is not before.activity
         if done and (lacks := self.left[number]) is not None:
             text = f"says it is done but has not reached {self.label(number, lacks)}; not counted"
-            said.append(Said("false_claim", text, name))
+            said.append(EventLine("false_claim", text, name))
         return said
 
-    def _taken_up(self, number: int, before: Command, command: Command) -> list[Said]:
+    def _describe_taken_up(self, number: int, before: Command, command: Command) -> list[EventLine]:
         """Name the stops that a robot takes up again; it drives home again after them."""
         row = self.orders.rows[number]
         stops = [stop for stop in before.unreachable if stop not in command.unreachable and stop < len(row.stops)]
@@ -199,7 +204,7 @@ class Missions:
         if stops and row.home:
             self.reached_at[number][-1] = None
         text = "takes up {} again: a path leads there now".format
-        return [Said("taken_up", text(self.label(number, stop)), self._robots[number]) for stop in stops]
+        return [EventLine("taken_up", text(self.label(number, stop)), self._robots[number]) for stop in stops]
 
     def is_at_next_stop(self, number: int, pose: Pose) -> bool:
         """Return True if the next stop counts at the end of this tick."""
@@ -207,12 +212,12 @@ class Missions:
         row = self.orders.rows[number]
         return stop is not None and is_at(pose, row.stops[stop], heading_at(row.headings, stop), self._reach)
 
-    def tick_off(self, number: int, pose: Pose, given_up: Sequence[int], time: float) -> list[Said]:
+    def tick_off(self, number: int, pose: Pose, given_up: Sequence[int], time: float) -> list[EventLine]:
         """Count the stops that a robot is at, at a time [s]."""
         said = []
         while self.is_at_next_stop(number, pose) and (stop := self.left[number]) is not None:
             self.reached_at[number][stop] = time
-            said.append(Said("reached", f"is at {self.label(number, stop)}", self._robots[number]))
+            said.append(EventLine("reached", f"is at {self.label(number, stop)}", self._robots[number]))
             if self._next(number, given_up):
                 break
         return said

@@ -12,7 +12,7 @@ from msgspec.structs import replace
 from swarm.errors import PeerError
 from swarm.maps.occupancy import Point
 from swarm.messages import Assigned, Order, RobotAction, RobotDo
-from swarm.messages.naming import meant
+from swarm.messages.short_ids import find_long_id
 
 MOST_TARGETS: Final = 100  # of an order; each sense carries a bearing for each stop
 REMEMBERED: Final = 64  # ids of orders to one robot: a retry that comes later than so many others counts as new
@@ -33,7 +33,7 @@ class LastUpdate(Struct, kw_only=True, forbid_unknown_fields=True):
     headings: list[float | None] = []
 
 
-class Past(Struct, kw_only=True, forbid_unknown_fields=True):
+class PastStops(Struct, kw_only=True, forbid_unknown_fields=True):
     """Stops that a robot had, and what became of them."""
 
     number: int
@@ -57,7 +57,7 @@ class RobotOrder(Struct, kw_only=True, forbid_unknown_fields=True):
     stopped: bool = False
     dropped: str = ""  # "order" or "mission": what was cancelled, and no order has replaced
     given: dict[str, LastUpdate] = {}  # by id, the newest last
-    past: list[Past] = []
+    past: list[PastStops] = []
     older: dict[str, int] = {}  # how many stops of each fate are no longer in ``past``
 
 
@@ -112,7 +112,7 @@ class Orders:
         self.last += 1
         self.rows.append(RobotOrder(number=self.last, what="no targets yet", stops=[], home=False, pooled=True))
 
-    def assigned(self, robot: int) -> Assigned | None:
+    def assigned_stops(self, robot: int) -> Assigned | None:
         """Return the stops that a robot has instead of the scenario's; None: it has those."""
         row = self.rows[robot]
         if not row.number:
@@ -147,12 +147,12 @@ class Orders:
         self, robot: int, order: Order, now: StopProgress, home: Point, check: Callable[[Sequence[Point]], None]
     ) -> OrderChange:
         row = self.rows[robot]
-        order = replace(order, id=meant(order.id, row.given))
+        order = replace(order, id=find_long_id(order.id, row.given))
         known = row.given.get(order.id)
-        name, what = self._robots[robot], _named(order.id, order.update)
+        name, what = self._robots[robot], _order_name(order.id, order.update)
         if known is not None and order.update <= known.update:
-            self._again(robot, order, known)
-            return OrderChange(_accepted(name, what, known), known.number)
+            self._check_repeat(robot, order, known)
+            return OrderChange(_accept_order(name, what, known), known.number)
         if not 1 <= len(order.targets) <= MOST_TARGETS:
             raise PeerError(
                 f"{name}: {what}: expected 1 to {MOST_TARGETS} targets, got {len(order.targets)}; "
@@ -176,19 +176,19 @@ class Orders:
         row.given[order.id] = given
         if len(row.given) > REMEMBERED:
             del row.given[next(iter(row.given))]
-        text = _accepted(name, what, given)
+        text = _accept_order(name, what, given)
         told = text.removeprefix(f"{name}: ") + (
             f"; it is stopped, and waits for `swarm go-on {name}`" if row.stopped else ""
         )
         return OrderChange(text, given.number, new_stops=True, changed=True, events=(*events, ("order", told)))
 
-    def _again(self, robot: int, order: Order, known: LastUpdate) -> None:
+    def _check_repeat(self, robot: int, order: Order, known: LastUpdate) -> None:
         """Check an order whose id is known and whose update is not newer.
 
         Raises:
             PeerError: it is not the same as the newest one with that id, or that one was replaced by another order.
         """
-        row, name, what = self.rows[robot], self._robots[robot], _named(order.id, order.update)
+        row, name, what = self.rows[robot], self._robots[robot], _order_name(order.id, order.update)
         if order.update < known.update:
             raise PeerError(
                 f"{name}: {what}: expected update {known.update} or a newer one, which has been accepted (number "
@@ -240,7 +240,7 @@ class Orders:
     ) -> tuple[tuple[str, str], ...]:
         """Give a robot new stops; return the event that names those it had, if some of them are left."""
         row = self.rows[robot]
-        past = _past(row, now, fate)
+        past = _record_of_stops(row, now, fate)
         self.last += 1
         if not row.pooled:  # the pool has its own record: a run may have errands without end
             row.past.append(past)
@@ -265,31 +265,31 @@ class Orders:
         self.rows[robot].pooled = True
         return OrderChange(self.rows[robot].what, new_stops=True, changed=True, events=events)
 
-    def withdrawn(self, robot: int) -> bool:
+    def is_withdrawn(self, robot: int) -> bool:
         """Return True if a robot was sent home or cancelled: it takes no errands until it is given an order."""
         row = self.rows[robot]
         return bool(row.number) and not row.order and not row.pooled
 
     # --- the report ---
 
-    def history(self, robot: int, now: StopProgress) -> list[Past]:
+    def history(self, robot: int, now: StopProgress) -> list[PastStops]:
         """Return all stops that a robot has had, in order; the last ones are those of now."""
         row = self.rows[robot]
-        return [*row.past, _past(row, now, "open")]
+        return [*row.past, _record_of_stops(row, now, "open")]
 
 
-def _past(row: RobotOrder, now: StopProgress, fate: Fate) -> Past:
+def _record_of_stops(row: RobotOrder, now: StopProgress, fate: Fate) -> PastStops:
     """Return a robot's stops as a record; their fate is another one if all of them were reached."""
-    return Past(
+    return PastStops(
         number=row.number, what=row.what, stops=row.stops, reached=list(now.reached), laps=now.laps,
         fate="done" if now.done else fate,
     )  # fmt: skip
 
 
-def _named(name: str, update: int) -> str:
+def _order_name(name: str, update: int) -> str:
     return f"order {name} update {update}"
 
 
-def _accepted(robot: str, what: str, given: LastUpdate) -> str:
+def _accept_order(robot: str, what: str, given: LastUpdate) -> str:
     count = len(given.targets)
     return f"{robot}: {what} is number {given.number}: {count} target{'s' * (count > 1)}{', then home' * given.home}"

@@ -15,13 +15,13 @@ from swarm.errors import PeerError
 from swarm.geometry import Pose, distance, wrap
 from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.messages import Places
-from swarm.messages.naming import meant
+from swarm.messages.short_ids import find_long_id
 from swarm.robot.tuning import SAFETY
-from swarm.scenario.check import not_free
+from swarm.scenario.check import explain_not_free
 from swarm.settings import MOST_ROBOTS, Settings
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
 from swarm.traffic.lattice.placement import traffic_settings
-from world.bodies.edits import stops_before
+from world.bodies.edits import can_stop_before
 
 MOST_AT_ONCE: Final = 64  # places in one request; the world looks for them between two ticks
 REMEMBERED: Final = 64  # requests; a retry that comes later than so many others counts as new
@@ -47,13 +47,13 @@ class Book(Struct, kw_only=True, forbid_unknown_fields=True):
     starts: list[Pose]
     requests: dict[str, Opened]
 
-    def known(self, request: Places) -> Opened | None:
+    def known_request(self, request: Places) -> Opened | None:
         """Return the request that was carried out under this id, if it is the same.
 
         Raises:
             PeerError: it was another one.
         """
-        opened = self.requests.get(meant(request.id, self.requests))
+        opened = self.requests.get(find_long_id(request.id, self.requests))
         if opened is not None and (opened.count, opened.at) != (request.count, list(request.at)):
             raise PeerError(
                 f"places {request.id}: expected what was accepted with it, got another request; use a new id"
@@ -118,7 +118,7 @@ class Spots:
             if (fault := self._fault((x, y))) is not None:
                 raise PeerError(f"{where}: place {number} at ({x:g}, {y:g}): {fault}")
             found.append(self._take(Pose(x, y, wrap(yaw))))
-        found.extend(self._take(Pose(*spot, 0.0)) for spot in self._chosen(request.count - len(found)))
+        found.extend(self._take(Pose(*spot, 0.0)) for spot in self._free_places(request.count - len(found)))
         if len(found) < request.count:
             raise PeerError(
                 f"{where}: expected a free cell for each of {request.count} robots, found {len(found)}; ask for "
@@ -127,17 +127,17 @@ class Spots:
         return found
 
     def _take(self, start: Pose) -> Pose:
-        touched = self._cells.touched(start.x, start.y, self._settings.robot.radius + SAFETY.gap)
+        touched = self._cells.cells_under_disc(start.x, start.y, self._settings.robot.radius + SAFETY.gap)
         self._occupants.append(Occupant("another new one", start, (0.0, 0.0), touched))
         return start
 
     def _fault(self, at: Point) -> str | None:
         """Return what is wrong with a spot [m]; None: a body may be put there."""
         settings, cells, robot = self._settings, self._cells, self._settings.robot
-        if wrong := not_free(self._floor, at):
+        if wrong := explain_not_free(self._floor, at):
             return f"{wrong}; move it"
-        touched = cells.touched(*at, robot.radius + CLEAR)
-        if OUTSIDE in touched or not cells.fits(touched, *at, robot.radius + CLEAR):
+        touched = cells.cells_under_disc(*at, robot.radius + CLEAR)
+        if OUTSIDE in touched or not cells.can_fit_disc(touched, *at, robot.radius + CLEAR):
             return f"expected at least {robot.radius + CLEAR:g} m from any wall and from the edge of the map; move it"
         if not cells.stands[cells.cell_of(*at)]:
             return "expected a cell in which a robot can stand, got one that is too narrow; move it"
@@ -148,7 +148,7 @@ class Spots:
             gap = distance(at, other.pose) - 2 * robot.radius
             if gap <= SAFETY.gap:
                 return f"expected a free place, {other.name} stands there; move it"
-            if not stops_before(gap, other.wheels, robot, 1.0 / settings.rate):
+            if not can_stop_before(gap, other.wheels, robot, 1.0 / settings.rate):
                 return (
                     f"expected a place that {other.name} can stop before, it drives {gap:.2f} m away; wait or move it"
                 )
@@ -158,7 +158,7 @@ class Spots:
             return "expected a place that is nobody's home, a restart puts a robot back there; move it"
         return None
 
-    def _chosen(self, count: int) -> Iterator[Point]:
+    def _free_places(self, count: int) -> Iterator[Point]:
         """Yield middles of cells [m], the best first: joined to robots, wanted by none, out of reach of claims.
 
         The caller takes each before the next, so that the next one is far from it as well.

@@ -7,10 +7,10 @@ from typing import Final
 from swarm.errors import PeerError
 from swarm.geometry import distance
 from swarm.maps.occupancy import OccupancyMap, Point
-from swarm.scenario.check import not_free
+from swarm.scenario.check import explain_not_free
 from swarm.settings import Settings
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
-from swarm.traffic.lattice.placement import comes_near, short_of, traffic_settings
+from swarm.traffic.lattice.placement import comes_near, distance_to_stop, traffic_settings
 
 TRIED: Final = 8  # cells around a target whose nearest place is looked at; each look is one more check of a target
 
@@ -36,10 +36,10 @@ class Reachable:
 
     def wrong(self, name: str, here: Point, there: Point) -> str:
         """Return what was expected of a target [m] and what came, "" if the robot at ``here`` [m] can come there."""
-        if wrong := not_free(self._floor, there):
+        if wrong := explain_not_free(self._floor, there):
             return wrong
         settings = self._settings
-        if (short := short_of(self._cells, there, settings)) > settings.reach:
+        if (short := distance_to_stop(self._cells, there, settings)) > settings.reach:
             how = "no place there to stand" if short == inf else f"it has to stay {short:.2f} m away from it"
             where = "at a wall or at the corner of traffic cells"
             return f"expected a place that {name} comes within {settings.reach:g} m of, got one {where}: {how}"
@@ -54,7 +54,7 @@ class Reachable:
         piece = pieces[cells.nearest_standable(*here)]
         if piece == OUTSIDE:
             return None
-        stands = [cells.moved_inside(cell, there, room) for cell in range(len(cells)) if pieces[cell] == piece]
+        stands = [cells.move_inside(cell, there, room) for cell in range(len(cells)) if pieces[cell] == piece]
         for x, y in sorted(stands, key=lambda stand: distance(stand, there))[:TRIED]:
             place = round(x, 2), round(y, 2)
             if not self.wrong("", here, place):

@@ -17,7 +17,7 @@ class Planned(Generic[T]):
         self.passed = 0  # plans whose time has come
 
     @property
-    def left(self) -> Sequence[T]:
+    def plans_left(self) -> Sequence[T]:
         """The plans whose time has not come."""
         return self._plans[self.passed :]
 

@@ -12,7 +12,7 @@ from msgspec import Struct
 from swarm.errors import PeerError
 from swarm.maps.occupancy import Point
 from swarm.messages import PoolCounts, PoolTargets
-from swarm.messages.naming import meant
+from swarm.messages.short_ids import find_long_id
 from world.tasks.orders import REMEMBERED, OrderChange
 
 MOST_TARGETS: Final = 100  # of a request; each is checked between two ticks
@@ -71,7 +71,7 @@ class Errand(Struct, kw_only=True, forbid_unknown_fields=True):
 
 
 class TaskPool(Struct, array_like=True, forbid_unknown_fields=True):
-    """The book of one run, as a snapshot saves it."""
+    """The targets that any free robot may take, in one run, as a snapshot saves them."""
 
     given: int = 0
     done: int = 0
@@ -80,7 +80,7 @@ class TaskPool(Struct, array_like=True, forbid_unknown_fields=True):
     requests: dict[str, list[Point]] = {}  # the targets of each request, the newest last
 
     @classmethod
-    def of(cls, targets: Sequence[Point]) -> "TaskPool":
+    def pool_of(cls, targets: Sequence[Point]) -> "TaskPool":
         """Return a pool that begins with the ``targets`` [m] of the scenario."""
         pool = cls()
         if targets:
@@ -93,7 +93,7 @@ class TaskPool(Struct, array_like=True, forbid_unknown_fields=True):
         return [errand for errand in self.open.values() if errand.stage is TaskStage.WAITING]
 
     @property
-    def taken(self) -> list[Errand]:
+    def taken_errands(self) -> list[Errand]:
         """Errands that robots have, oldest first."""
         return [errand for errand in self.open.values() if errand.stage is TaskStage.TAKEN]
 
@@ -102,7 +102,7 @@ class TaskPool(Struct, array_like=True, forbid_unknown_fields=True):
         """How far the pool is; None if nothing was ever put in."""
         if not self.given:
             return None
-        return PoolCounts(given=self.given, done=self.done, taken=len(self.taken), waiting=len(self.waiting))
+        return PoolCounts(given=self.given, done=self.done, taken=len(self.taken_errands), waiting=len(self.waiting))
 
     def add(self, request: PoolTargets, time: float, check: Callable[[Sequence[Point]], None]) -> OrderChange:
         """Put targets into the pool at a time [s]; ``check`` raises for targets that no robot can reach.
@@ -112,14 +112,14 @@ class TaskPool(Struct, array_like=True, forbid_unknown_fields=True):
         Raises:
             PeerError: the id was given with other targets, the targets are wrong, or too many are open.
         """
-        name, targets = meant(request.id, self.requests), list(request.targets)
+        name, targets = find_long_id(request.id, self.requests), list(request.targets)
         known = self.requests.get(name)
         if known is not None:
             if known != targets:
                 raise PeerError(
                     f"pool {name}: expected the targets that were accepted with it, got others; use a new id"
                 )
-            return OrderChange(_accepted(name, known))
+            return OrderChange(_accept_targets(name, known))
         if not 1 <= len(targets) <= MOST_TARGETS:
             raise PeerError(
                 f"pool {name}: expected 1 to {MOST_TARGETS} targets, got {len(targets)}; send the others later"
@@ -131,7 +131,7 @@ class TaskPool(Struct, array_like=True, forbid_unknown_fields=True):
             )
         check(targets)
         self._enter(name, targets, time)
-        text = _accepted(name, targets)
+        text = _accept_targets(name, targets)
         return OrderChange(text, changed=True, events=(("pool", text.removeprefix("pool ")),))
 
     def _enter(self, name: str, targets: Sequence[Point], time: float) -> None:
@@ -184,18 +184,18 @@ class TaskPool(Struct, array_like=True, forbid_unknown_fields=True):
         if len(self.closed) > REMEMBERED:
             del self.closed[next(iter(self.closed))]
 
-    def forgive(self) -> None:
+    def offer_all_again(self) -> None:
         """Offer all errands to all robots again: the floor has changed."""
         for errand in self.open.values():
             errand.refused.clear()
             errand.last.clear()
 
-    def left(self) -> Iterator[str]:
+    def describe_left(self) -> Iterator[str]:
         """Yield a few words on each errand that is not done."""
         for errand in self.open.values():
             yield f"pool target {errand.name} at ({errand.at[0]:g}, {errand.at[1]:g})"
 
 
-def _accepted(name: str, targets: Sequence[Point]) -> str:
+def _accept_targets(name: str, targets: Sequence[Point]) -> str:
     count = len(targets)
     return f"pool {name}: {count} target{'s' * (count > 1)} for any robot"

@@ -9,7 +9,7 @@ from swarm.messages import COMMAND, Activity, Command, Edit, Order, RobotAction
 from swarm.scenario.load import Scenario
 from swarm.traffic.lattice.cell_map import CellMap
 from world.bodies.bodies import Bodies
-from world.bodies.said import Said
+from world.bodies.event_line import EventLine
 from world.measure.recorder import Recorder
 from world.tasks.dispatcher import Dispatcher
 from world.tasks.missions import Missions, MissionsState
@@ -76,20 +76,20 @@ class Tasks:
     @property
     def complete(self) -> bool:
         """True if every robot has been at all its targets, none of which was cancelled, and the pool is empty."""
-        return self.missions.complete and not self.pool.open and not self.missions.dropped
+        return self.missions.complete and not self.pool.open and not self.missions.dropped_targets
 
     @property
-    def unfinished(self) -> list[str]:
+    def unfinished_robots(self) -> list[str]:
         """Robots that do not say that they are done, or have stops left."""
         everybody = enumerate(zip(self.robots, self.commands, strict=True))
-        return [name for number, (name, command) in everybody if not self.missions.finished(number, command)]
+        return [name for number, (name, command) in everybody if not self.missions.is_finished(number, command)]
 
     def waits_for(self, present: Sequence[str]) -> list[str]:
         """Return the robots with stops left. Places that nobody has ever taken, and without stops, are left out."""
-        here = {*present, *(name for number, name in enumerate(self.robots) if not self._untouched(number))}
-        return [name for name in self.unfinished if name in here]
+        here = {*present, *(name for number, name in enumerate(self.robots) if not self._is_untouched(number))}
+        return [name for name in self.unfinished_robots if name in here]
 
-    def _untouched(self, number: int) -> bool:
+    def _is_untouched(self, number: int) -> bool:
         """Return True if nobody has ever taken a robot's place, and it has no stops."""
         return number >= self._first and self.commands[number] == REST and not self.missions.stops(number)
 
@@ -98,10 +98,10 @@ class Tasks:
 
         An edit waits, or is one of the ``recent`` ones, of which robots may not have heard.
         """
-        frees = "free" in [edit.kind for edit in self.planned_edits.left] + [edit.kind for edit in recent]
+        frees = "free" in [edit.kind for edit in self.planned_edits.plans_left] + [edit.kind for edit in recent]
         lacking = self.settings.retry_stops and any(command.unreachable for command in self.commands)
-        now = bool(self.planned_orders.left) or (frees and (lacking or bool(self.pool.waiting)))
-        return now or self.dispatcher.matters(poses, cells, self.commands, tick)
+        now = bool(self.planned_orders.plans_left) or (frees and (lacking or bool(self.pool.waiting)))
+        return now or self.dispatcher.has_waiting_errand(poses, cells, self.commands, tick)
 
     # --- one tick ---
 
@@ -110,14 +110,14 @@ class Tasks:
         """How many stops each robot has."""
         return [len(row.stops) for row in self.missions.orders.rows]
 
-    def arrivals(self, poses: Sequence[Pose], time: float) -> list[Said]:
+    def arrivals(self, poses: Sequence[Pose], time: float) -> list[EventLine]:
         """Count the stops that robots are at, at a time [s]: by their poses, whatever they say."""
         said = []
         for number, (pose, command) in enumerate(zip(poses, self.commands, strict=True)):
             said += self.missions.tick_off(number, pose, command.unreachable, time)
         return said
 
-    def admit(self, commands: Mapping[int, Command], poses: Sequence[Pose]) -> list[Said]:
+    def admit(self, commands: Mapping[int, Command], poses: Sequence[Pose]) -> list[EventLine]:
         """Take in commands, in their order; return what they say that is not so."""
         said = []
         for number, given in commands.items():
@@ -129,10 +129,10 @@ class Tasks:
     def in_force(self, tick: int) -> list[Command | None]:
         """Return the last command of each robot; None if it has expired, or the robot was told to stop."""
         lasting = [(tick - one.tick) * (1.0 / self.settings.rate) <= COMMAND.timeout for one in self.commands]
-        obeyed = [lasts and not self.missions.stopped(number) for number, lasts in enumerate(lasting)]
+        obeyed = [lasts and not self.missions.is_stopped(number) for number, lasts in enumerate(lasting)]
         return [command if obeys else None for command, obeys in zip(self.commands, obeyed, strict=True)]
 
-    def hand_out(self, poses: Sequence[Pose], cells: CellMap, standing: Sequence[float], tick: int) -> list[Said]:
+    def hand_out(self, poses: Sequence[Pose], cells: CellMap, standing: Sequence[float], tick: int) -> list[EventLine]:
         """Hand out errands of the pool, and take back those of robots that do not drive to them; return what changed.
 
         ``standing`` is how long [s] each robot has made no progress, infinite if it has no stop left.

@@ -14,7 +14,7 @@ from world.world import World
 WAITED_FOR: Final = 20  # robots in one row: a status has room for a thousand rows
 
 
-def accounts(world: World, shortest: Sequence[float | None]) -> dict[str, Account]:
+def compute_accounts(world: World, shortest: Sequence[float | None]) -> dict[str, Account]:
     """Return the account of every robot; ``shortest`` are the lengths [m] of ``shortest_lengths``."""
     record, missions = world.measures.recorder.counts, world.tasks.missions
     return {
@@ -37,7 +37,7 @@ def accounts(world: World, shortest: Sequence[float | None]) -> dict[str, Accoun
     }
 
 
-def contacts(world: World) -> dict[str, int]:
+def count_contacts(world: World) -> dict[str, int]:
     """Return the contacts of the run by what was touched; a contact of two robots, counted for both, is one."""
     counts = world.measures.recorder.counts.contact_counts
     total = {kind: sum(row[kind] for row in counts) for kind in ("robot", "wall", "obstacle")}

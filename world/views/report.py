@@ -6,7 +6,7 @@ from typing import Any, Final
 from msgspec.structs import asdict
 
 from world.tasks.orders import FATES
-from world.views.metrics import accounts, contacts
+from world.views.metrics import compute_accounts, count_contacts
 from world.world import World
 
 NAMED: Final = 200  # characters for the stops of one robot, and for errands, in the sentence on what is missing
@@ -55,7 +55,7 @@ def report(
         "ticks": world.tick,
         "late_commands": late_commands,
         "tick_wall": tick_wall,
-        "contacts": contacts(world),
+        "contacts": count_contacts(world),
         "avoidable_contacts": record.avoidable,
         "clearance_min": record.judge.smallest,
         "steering": world.measures.steering.report(),
@@ -63,7 +63,7 @@ def report(
         **_pool(world),
         "per_robot": {
             name: {**asdict(account), **_orders(world, number)}
-            for number, (name, account) in enumerate(accounts(world, shortest).items())
+            for number, (name, account) in enumerate(compute_accounts(world, shortest).items())
         },
         "digest": record.digest,
     }
@@ -115,14 +115,14 @@ def _traffic(world: World) -> dict[str, Any]:
         "deadlocks": watch.deadlocks + for_good,
         "stalled": sum(world.measures.progress.state.times),
         "longest_wait": watch.longest_wait,
-        "settling": _settling(world),
+        "settling": _settling_time(world),
         "overlaps": kinds.count("overlap"),
         "outside": kinds.count("outside"),
         "intrusions": kinds.count("intrusion"),
     }
 
 
-def _settling(world: World) -> float:
+def _settling_time(world: World) -> float:
     """Return for how long [s] a complete run went on after the last arrival at a stop, until nobody drove any more."""
     arrivals = [time for row in world.tasks.missions.reached_at for time in row if time is not None]
     return world.time - max(arrivals) if world.tasks.complete and arrivals else 0.0
@@ -144,11 +144,11 @@ def missing(world: World) -> str:
             if time is None
         ]
         if stops:
-            lacking.append(f"{name} {listed(stops, ', ', NAMED)}")
-    if left := list(world.tasks.pool.left()):
-        lacking.append(listed(left, ", ", NAMED))
-    cancelled = [f"{name}'s {what} was cancelled" for name, what in missions.dropped]
-    parts = [listed(cancelled, ", ", ROOM // 2)] if cancelled else []
+            lacking.append(f"{name} {list_within(stops, ', ', NAMED)}")
+    if left := list(world.tasks.pool.describe_left()):
+        lacking.append(list_within(left, ", ", NAMED))
+    cancelled = [f"{name}'s {what} was cancelled" for name, what in missions.dropped_targets]
+    parts = [list_within(cancelled, ", ", ROOM // 2)] if cancelled else []
     if lacking:
         progress, verdict = world.measures.progress.state, world.measures.verdict.state.text
         stuck = [
@@ -157,15 +157,15 @@ def missing(world: World) -> str:
             if times
         ]
         parts += [verdict[:ROOM]] if verdict else []
-        parts += [f"not reached: {listed(lacking, '; ', ROOM)}"]
-        parts += [listed(stuck, ", ", ROOM)] if stuck else []
+        parts += [f"not reached: {list_within(lacking, '; ', ROOM)}"]
+        parts += [list_within(stuck, ", ", ROOM)] if stuck else []
     return "; ".join(parts)
 
 
-def listed(parts: Sequence[str], separator: str, room: int) -> str:
+def list_within(parts: Sequence[str], separator: str, room: int) -> str:
     """Return the first parts, as many as fit into ``room`` characters but at least one, and how many more there are.
 
-    >>> listed(["r1", "r2", "r3"], ", ", 7)
+    >>> list_within(["r1", "r2", "r3"], ", ", 8)
     'r1, r2 and 1 more'
     """
     fitting, length = 0, 0

@@ -6,9 +6,9 @@ from typing import Final
 from msgspec.structs import replace
 
 from swarm.messages import Event, Phase, RobotStatus, Seen, State, Status
-from swarm.messages.naming import shortened
-from world.tasks.standing import why
-from world.views.metrics import accounts, clearance_min, contacts
+from swarm.messages.short_ids import shorten_ids
+from world.tasks.standstill import why
+from world.views.metrics import clearance_min, compute_accounts, count_contacts
 from world.views.progress import progress
 from world.world import World
 
@@ -41,22 +41,22 @@ def status(
     events: Sequence[Event],
     shortest: Sequence[float | None],
 ) -> Status:
-    """Return the status; ``events`` are the last ones, the newest last, ``shortest`` lengths [m] as in ``accounts``."""
+    """Return the status; ``events`` are the last ones, the newest last, ``shortest`` is as in ``compute_accounts``."""
     last = {event.robot: event for event in events if event.run == world.run}
-    now, measured = states(world, said), accounts(world, shortest)
+    now, measured = states(world, said), compute_accounts(world, shortest)
     poses = world.poses()
     rows = zip(world.robots, poses, world.tasks.commands, world.tasks.missions.orders.rows, strict=True)
     return Status(
         scenario=world.settings.name, run=world.run, tick=world.tick, time=world.time, phase=phase,
         complete=world.tasks.complete, reason=reason, edits=world.bodies.edits, events=list(events),
         pool=world.tasks.pool.counts,
-        contacts=contacts(world), clearance_min=clearance_min(world), world=world.identity,
+        contacts=count_contacts(world), clearance_min=clearance_min(world), world=world.identity,
         robots=[
             RobotStatus(
                 robot=name, liveness=seen[name].liveness, since=seen[name].since, pose=pose, state=now[name],
                 waits=command.waits, event=last.get(name), account=measured[name],
                 why=why(world.tasks, number, poses, world.tick),
-                mission=shortened(row.what), stops=row.stops[:STOPS], home=row.home,
+                mission=shorten_ids(row.what), stops=row.stops[:STOPS], home=row.home,
             )
             for number, (name, pose, command, row) in enumerate(rows)
         ],

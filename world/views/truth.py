@@ -4,7 +4,7 @@ from swarm.messages import Body, Mover, Truth
 from world.world import World
 
 
-def truth(world: World) -> Truth:
+def make_truth(world: World) -> Truth:
     """Return the true state of all bodies."""
     bodies = []
     for number, (name, command, pose) in enumerate(zip(world.robots, world.tasks.commands, world.poses(), strict=True)):
@@ -16,6 +16,7 @@ def truth(world: World) -> Truth:
                 left=left, front=front, right=right, heading=command.heading,
                 steering=world.measures.steering.state.labels[number], scale=command.scale,
                 activity=command.activity, held=command.held, waits=command.waits, members=command.members,
+                believed=command.believed,
             )
         )  # fmt: skip
     movers = [

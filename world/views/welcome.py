@@ -16,5 +16,5 @@ def welcome(name: str, world: World, publisher: Publisher, session: str, sender:
         robot=name, world=world.identity, session=session, sender=sender,
         scenario=replace(floor.scenario, starts=UNSET), packed=floor.packed, edits=floor.edits,
         start=world.starts[world.number(name)], state=progress(name, world) if world.tick else None,
-        assigned=world.tasks.missions.orders.assigned(world.number(name)),
+        assigned=world.tasks.missions.orders.assigned_stops(world.number(name)),
     )  # fmt: skip

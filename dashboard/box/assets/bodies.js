@@ -76,7 +76,13 @@ export function radiusOf(view) {
 
 export function robots(context, view) {
   const bodies = state.truth?.bodies ?? [], radius = radiusOf(view);
-  for (const one of bodies) robot(context, view.toScreen([one.x, one.y]), radius, one);
+  for (const one of bodies) {
+    const at = view.toScreen([one.x, one.y]);
+    if (one.believed) shadow(context, at, radius);
+    const [x, y, yaw, off] = one.believed ?? [one.x, one.y, one.yaw, 0];
+    if (off) error(context, view.toScreen([x, y]), radius + off * view.scale, one);
+    robot(context, one.believed ? view.toScreen([x, y]) : at, radius, { ...one, yaw });
+  }
   if (state.layers.names) names(context, view, bodies, radius);
 }
 
@@ -105,6 +111,27 @@ function names(context, view, bodies, radius) {
 function named({ robot: name, activity }) {
   const told = row(name);
   return told?.queue && activity === "give_way" ? `${name} ${nth(told.turn)}` : name;
+}
+
+/** Draw where a robot is that takes itself to be elsewhere. */
+function shadow(context, [px, py], radius) {
+  context.beginPath();
+  context.arc(px, py, radius, 0, 7);
+  context.globalAlpha = 0.25;
+  context.fillStyle = theme.ink;
+  context.fill();
+  context.globalAlpha = 1;
+}
+
+/** Draw the ring in which a robot's body is, wherever in its error it is. */
+function error(context, [px, py], radius, one) {
+  context.beginPath();
+  context.arc(px, py, radius, 0, 7);
+  context.lineWidth = 1;
+  context.setLineDash([3, 3]);
+  context.strokeStyle = colour(one.robot);
+  context.stroke();
+  context.setLineDash([]);
 }
 
 function robot(context, [px, py], radius, one) {

@@ -16,7 +16,7 @@ FIRST_TRY: Final = 2.0  # s that a robot stands whose wheels did not do what the
 LAST_TRY: Final = 16.0  # s, ... up to this
 
 
-class Seen(NamedTuple):
+class GuardInputs(NamedTuple):
     """What this process knows at one moment. Ages are in s; None: never came."""
 
     odometry_age: float | None
@@ -34,12 +34,12 @@ class Seen(NamedTuple):
     command_age: float | None
 
 
-class Fault(NamedTuple):
+class StandReason(NamedTuple):
     """A reason to stand."""
 
     name: str
-    holds: Callable[[Seen, "Guard"], bool]
-    text: Callable[[Seen, "Guard"], str]
+    holds: Callable[[GuardInputs, "Guard"], bool]
+    text: Callable[[GuardInputs, "Guard"], str]
 
 
 @dataclass
@@ -53,52 +53,52 @@ class Guard:
     stop: str | None
     tries: float = FIRST_TRY  # s
 
-    def fault(self, seen: Seen) -> tuple[str, str] | None:
+    def find_fault(self, seen: GuardInputs) -> tuple[str, str] | None:
         """Return the name and the text of the first fault that holds; None: the robot may drive."""
         found = next((fault for fault in FAULTS if fault.holds(seen, self)), None)
         return None if found is None else (found.name, found.text(seen, self))
 
-    def is_blind(self, seen: Seen) -> bool:
+    def has_old_scan(self, seen: GuardInputs) -> bool:
         """Return True if the scan is too old to be told."""
-        return _old(seen.scan_age, SCAN_TIMEOUT)
+        return _is_old(seen.scan_age, SCAN_TIMEOUT)
 
 
-def _old(age: float | None, most: float) -> bool:
+def _is_old(age: float | None, most: float) -> bool:
     return age is None or age > most
 
 
 # fmt: off
 FAULTS: Final = (
-    Fault("stop",     lambda seen, _: seen.stop is not False,
+    StandReason("stop",     lambda seen, _: seen.stop is not False,
           lambda seen, guard: f"an emergency stop is pressed, by {guard.stop}" if seen.stop
               else f"nothing usable has come on {guard.stop} yet, which tells of the emergency stop"),
-    Fault("odometry", lambda seen, _: _old(seen.odometry_age, BODY.timeout),
-          lambda seen, guard: _silent(guard.odometry or guard.localisation, seen.odometry_age, BODY.timeout)),
-    Fault("lost",     lambda seen, _: bool(seen.lost),
+    StandReason("odometry", lambda seen, _: _is_old(seen.odometry_age, BODY.timeout),
+          lambda seen, guard: _format_silence(guard.odometry or guard.localisation, seen.odometry_age, BODY.timeout)),
+    StandReason("lost",     lambda seen, _: bool(seen.lost),
           lambda seen, guard: f"{seen.lost}; nobody knows where it is until " + (
               f"{guard.localisation} tells" if guard.localisation
               else "it stands where the fleet shows it and this program is started again")),
-    Fault("unknown",  lambda seen, _: not seen.known,
-          lambda seen, guard: _silent(guard.localisation, None, 0.0) if guard.localisation
+    StandReason("unknown",  lambda seen, _: not seen.known,
+          lambda seen, guard: _format_silence(guard.localisation, None, 0.0) if guard.localisation
               else "the fleet has not told yet where it begins"),
-    Fault("alone",    lambda seen, _: seen.alone > ALONE,
+    StandReason("alone",    lambda seen, _: seen.alone > ALONE,
           lambda seen, guard: f"nothing usable has come on {guard.localisation} for {ALONE:g} m of its way"),
-    Fault("jump",     lambda seen, _: bool(seen.jump) and seen.jump_age < STAND,
+    StandReason("jump",     lambda seen, _: bool(seen.jump) and seen.jump_age < STAND,
           lambda seen, _: seen.jump),
-    Fault("apart",    lambda seen, _: seen.apart_for > STAND,
+    StandReason("apart",    lambda seen, _: seen.apart_for > STAND,
           lambda seen, guard: "the fleet has it elsewhere than it is; is it on the map, and was the world started "
               f"with --body {guard.robot}?"),
-    Fault("scan",     lambda seen, _: _old(seen.scan_age, SCAN_TIMEOUT),
+    StandReason("scan",     lambda seen, _: _is_old(seen.scan_age, SCAN_TIMEOUT),
           lambda seen, guard: f"the scan on {guard.scan} {seen.scan_lacks}" if seen.scan_lacks
-              else _silent(guard.scan, seen.scan_age, SCAN_TIMEOUT)),
-    Fault("wheels",   lambda seen, guard: bool(seen.wheels) and seen.wheels_age < guard.tries,
+              else _format_silence(guard.scan, seen.scan_age, SCAN_TIMEOUT)),
+    StandReason("wheels",   lambda seen, guard: bool(seen.wheels) and seen.wheels_age < guard.tries,
           lambda seen, guard: f"{seen.wheels}; it tries again in {guard.tries:g} s"),
-    Fault("command",  lambda seen, _: _old(seen.command_age, COMMAND.timeout),
+    StandReason("command",  lambda seen, _: _is_old(seen.command_age, COMMAND.timeout),
           lambda seen, _: "its brain has not commanded anything yet" if seen.command_age is None
               else f"its brain has commanded nothing for {COMMAND.timeout:g} s"),
 )
 # fmt: on
 
 
-def _silent(topic: str | None, age: float | None, timeout: float) -> str:
+def _format_silence(topic: str | None, age: float | None, timeout: float) -> str:
     return f"nothing usable has come on {topic} " + ("yet" if age is None else f"for {timeout:g} s")

@@ -13,14 +13,14 @@ TURN_SLACK: Final = 0.35  # rad, 20 degrees, likewise
 AHEAD: Final = 0.3  # s; the longest time that the last twist is believed to go on
 
 
-class Limits(NamedTuple):
+class SpeedLimits(NamedTuple):
     """How fast a robot can be."""
 
     linear: float  # m/s
     angular: float  # rad/s
 
 
-class Heard(NamedTuple):
+class StampedOdometry(NamedTuple):
     """An odometry and when it came."""
 
     at: float  # s, of this process's clock
@@ -33,16 +33,16 @@ class Localiser:
     Without localisations the robot is where ``begin_at`` says, and odometry counts from its message of that moment.
     """
 
-    def __init__(self, limits: Limits) -> None:
+    def __init__(self, limits: SpeedLimits) -> None:
         self._limits = limits
         self._correction: Pose | None = None  # odom in map; None: not known
-        self._heard: deque[Heard] = deque(maxlen=KEPT)
+        self._heard: deque[StampedOdometry] = deque(maxlen=KEPT)
         self._early: Localisation | None = None  # came without odometry: AMCL says it only once while the robot stands
         self.lost = ""  # why it is not known any more where the robot is
         self.alone = 0.0  # m, driven since the last localisation
 
     @property
-    def heard_at(self) -> float | None:
+    def last_odometry_time(self) -> float | None:
         """When the last odometry came [s]; None: never."""
         return self._heard[-1].at if self._heard else None
 
@@ -52,16 +52,16 @@ class Localiser:
         return self._heard[-1].odometry.twist if self._heard else Twist(0.0, 0.0)
 
     @property
-    def known(self) -> bool:
+    def is_known(self) -> bool:
         """True if the pose is known."""
         return self._correction is not None and bool(self._heard)
 
-    def begin_at(self, pose: Pose) -> None:
+    def set_pose(self, pose: Pose) -> None:
         """Take a pose in the map for that of now."""
-        self._correction = corrected(pose, self._heard[-1].odometry.pose)
+        self._correction = odom_in_map(pose, self._heard[-1].odometry.pose)
         self.lost = ""
 
-    def take(self, odometry: Odometry, now: float) -> str:
+    def take_odometry(self, odometry: Odometry, now: float) -> str:
         """Take in an odometry that came at ``now`` [s]; return how it jumped, or nothing.
 
         By REP-105 odometry is continuous. If it is not, nobody knows how the robot moved, but a localisation will.
@@ -70,19 +70,19 @@ class Localiser:
         if self._heard:
             before = self._heard[-1]
             time = max(odometry.stamp - before.odometry.stamp, now - before.at)
-            jump = jumped(before.odometry.pose, odometry.pose, self._limits, time)
+            jump = describe_jump(before.odometry.pose, odometry.pose, self._limits, time)
             self.alone += distance(before.odometry.pose, odometry.pose)
         if jump:
             self._heard.clear()
             self._correction = None
             self.lost = f"its odometry {jump}"
-        self._heard.append(Heard(now, odometry))
+        self._heard.append(StampedOdometry(now, odometry))
         if self._early is not None:
             early, self._early = self._early, None
-            self.correct(early, now)
+            self.take_localisation(early, now)
         return jump
 
-    def correct(self, found: Localisation, now: float) -> str:
+    def take_localisation(self, found: Localisation, now: float) -> str:
         """Take in a localisation that came at ``now`` [s]; return how the robot jumped by it, or nothing."""
         if not self._heard or now - self._heard[-1].at > AHEAD:
             self._early = found
@@ -91,15 +91,15 @@ class Localiser:
         later = found.stamp - then.stamp
         if abs(later) > AHEAD:  # no stamp, that of another clock, or kept for who comes late: it counts for now
             then, later = self._heard[-1].odometry, 0.0
-        before = self.pose(now)
+        before = self.pose_at(now)
         at_that_time = integrate(then.pose, then.twist, later)
-        self._correction = corrected(found.pose, at_that_time)
+        self._correction = odom_in_map(found.pose, at_that_time)
         self.lost, self.alone = "", 0.0
-        after = self.pose(now)
+        after = self.pose_at(now)
         assert after is not None, "it has been corrected"
-        return "" if before is None else jumped(before, after, self._limits, 0.0)
+        return "" if before is None else describe_jump(before, after, self._limits, 0.0)
 
-    def pose(self, now: float) -> Pose | None:
+    def pose_at(self, now: float) -> Pose | None:
         """Return where the robot is in the map at ``now`` [s], if it goes on as it did; None: nobody knows."""
         if self._correction is None or not self._heard:
             return None
@@ -108,14 +108,14 @@ class Localiser:
         return Pose(*from_frame(self._correction, x, y), wrap(self._correction.yaw + yaw))
 
 
-def corrected(in_map: Pose, in_odom: Pose) -> Pose:
+def odom_in_map(in_map: Pose, in_odom: Pose) -> Pose:
     """Return the pose of ``odom`` in ``map``, from a robot's pose in both."""
     yaw = wrap(in_map.yaw - in_odom.yaw)
     x, y = to_frame(Pose(0.0, 0.0, -yaw), in_odom.x, in_odom.y)
     return Pose(in_map.x - x, in_map.y - y, yaw)
 
 
-def jumped(before: Pose, after: Pose, limits: Limits, time: float) -> str:
+def describe_jump(before: Pose, after: Pose, limits: SpeedLimits, time: float) -> str:
     """Return how a pose changed if a robot cannot have moved so in a time [s], else nothing."""
     moved, turned = distance(before, after), abs(wrap(after.yaw - before.yaw))
     if moved > limits.linear * time + SLACK:

@@ -6,16 +6,16 @@ from time import monotonic
 from typing import Final
 
 from swarm.bridge.body import readings
-from swarm.bridge.body.body import STANDS, Setting
-from swarm.bridge.body.localiser import Limits, Localiser
+from swarm.bridge.body.body import STANDS, BodyOptions
+from swarm.bridge.body.localiser import Localiser, SpeedLimits
 from swarm.bridge.body.ros_robot import RosRobot
-from swarm.bridge.body.square import Sample, Square, measured, told
+from swarm.bridge.body.square import OdometrySample, Square, format_square_result, measure_square
 from swarm.bridge.ros2.types import Types
 from swarm.bus import Endpoint
 from swarm.bus.foreign import Foreign
 from swarm.bus.losses import Ledger
 from swarm.errors import PeerError
-from swarm.stopping import told_to_stop
+from swarm.stop_signal import stop_flag
 
 LOOK: Final = 0.001  # s between two looks for what ROS says: as exactly is latency measured
 AGAIN: Final = 0.05  # s between two commands: a robot's driver stands if none comes for a while
@@ -24,7 +24,7 @@ FIRST: Final = 30.0  # s to wait for the first odometry
 
 
 def run(
-    router: Endpoint, domain: int, distro: str, setting: Setting, side: float, speed: float,
+    router: Endpoint, domain: int, distro: str, setting: BodyOptions, side: float, speed: float,
     log: Callable[[str], None] = print,
 ) -> int:  # fmt: skip
     """Drive a square of a side [m] at a speed [m/s] and print what it shows.
@@ -36,53 +36,53 @@ def run(
     assert setting.track_width is not None, "the command line asks for it"
     turning = 2 * speed / setting.track_width  # rad/s: the rims are as fast in a turn
     square = Square(side, speed, min(turning, 1.0))
-    with told_to_stop() as stop, Foreign(router) as session:
+    with stop_flag() as stop, Foreign(router) as session:
         ledger = Ledger(log)
         robot = RosRobot(session, Types(distro), domain, setting, ledger)
         try:
             log(f"a square of {side:g} m to the left at {speed:g} m/s by {setting.command}; Ctrl-C ends it")
-            drive(square, robot, setting, stop.wait)
+            drive_square(square, robot, setting, stop.wait)
         finally:
-            robot.stand()
+            robot.stop_robot()
             ledger.flush()
-    if not square.done:
+    if not square.is_done:
         return 1
     by = setting.localisation or setting.odometry or ""
-    for line in told(measured(square, setting.track_width), setting.track_width, speed, by):
+    for line in format_square_result(measure_square(square, setting.track_width), setting.track_width, speed, by):
         log(line)
     if setting.localisation is None:
         log("# odometry does not see wheels that slip: measure where it really ends, or give --pose")
     return 0
 
 
-def drive(square: Square, robot: RosRobot, setting: Setting, rest: Callable[[float], bool]) -> None:
+def drive_square(square: Square, robot: RosRobot, setting: BodyOptions, rest: Callable[[float], bool]) -> None:
     """Drive a square; ``rest`` waits for a time [s] and returns True if we are told to stop.
 
     Raises:
         PeerError: the robot says nothing, or does not do what it is told.
     """
-    localiser = Localiser(Limits(inf, inf))  # what jumps is measured, too
+    localiser = Localiser(SpeedLimits(inf, inf))  # what jumps is measured, too
     twist, sent_at, seen_at = STANDS, float("-inf"), monotonic()
     began = False
-    while not square.done and not rest(LOOK):
+    while not square.is_done and not rest(LOOK):
         now = monotonic()
         before = twist
-        for odometry in robot.heard(readings.ODOMETRY, readings.odometry):
-            localiser.take(odometry, now)
-            if setting.localisation is None and not localiser.known:
-                localiser.begin_at(odometry.pose)
-            if (pose := localiser.pose(now)) is not None:
+        for odometry in robot.take_readings(readings.ODOMETRY, readings.parse_odometry):
+            localiser.take_odometry(odometry, now)
+            if setting.localisation is None and not localiser.is_known:
+                localiser.set_pose(odometry.pose)
+            if (pose := localiser.pose_at(now)) is not None:
                 began, seen_at = True, now
-                twist = square.step(Sample(now, odometry, pose))
-        for found in robot.heard(readings.LOCALISATION, readings.localisation):
-            localiser.correct(found, now)
-        if any(robot.heard(readings.STOP, readings.stop)):
+                twist = square.add_sample(OdometrySample(now, odometry, pose))
+        for found in robot.take_readings(readings.LOCALISATION, readings.parse_localisation):
+            localiser.take_localisation(found, now)
+        if any(robot.take_readings(readings.STOP, readings.parse_stop)):
             raise PeerError(f"{setting.stop}: expected no emergency stop, got one")
         if now - seen_at > (SILENT if began else FIRST):
-            lacks = setting.odometry if localiser.heard_at is None or began else setting.localisation
+            lacks = setting.odometry if localiser.last_odometry_time is None or began else setting.localisation
             raise PeerError(
                 f"{lacks}: expected messages, got none for {now - seen_at:.2f} s; the robot was told to stand"
             )
         if twist != before or now - sent_at > AGAIN:
-            robot.drive(twist)
+            robot.send_twist(twist)
             sent_at = now

@@ -6,12 +6,12 @@ from time import time_ns
 from typing import Final, TypeVar
 
 from swarm.bridge.body import readings
-from swarm.bridge.body.body import STANDS, Setting
-from swarm.bridge.ros2.convert import header
+from swarm.bridge.body.body import STANDS, BodyOptions
+from swarm.bridge.ros2.convert import make_header
 from swarm.bridge.ros2.graph import LiveNode
 from swarm.bridge.ros2.topics import RosTopic
 from swarm.bridge.ros2.types import Types
-from swarm.bridge.ros2.wire import Node
+from swarm.bridge.ros2.wire import RosNode
 from swarm.bus.foreign import Foreign
 from swarm.bus.losses import Ledger
 from swarm.errors import PeerError
@@ -27,22 +27,22 @@ TWIST, STAMPED, VECTOR = "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStam
 class RosRobot:
     """A robot in the graph of ROS: what it says, and a twist for it."""
 
-    def __init__(self, session: Foreign, ros: Types, domain: int, setting: Setting, ledger: Ledger) -> None:
+    def __init__(self, session: Foreign, ros: Types, domain: int, setting: BodyOptions, ledger: Ledger) -> None:
         self._ros, self._setting, self._ledger = ros, setting, ledger
         self._command = RosTopic(setting.command.strip("/"), STAMPED if setting.stamped else TWIST)
-        self.hears = readings.topics(setting.odometry, setting.localisation, setting.scan, setting.stop)
+        self.hears = readings.build_topics(setting.odometry, setting.localisation, setting.scan, setting.stop)
         name = "swarm_body_" + "".join(letter if letter.isalnum() else "_" for letter in setting.robot)
-        node = Node(domain=domain, session=session.id, number=0, namespace="/", name=name)
+        node = RosNode(domain=domain, session=session.id, number=0, namespace="/", name=name)
         most = max(readings.LIMITS.values())
         self._node = LiveNode(
             session, node, ros, count(1), ledger.refuse, (self._command,), tuple(self.hears.values()), limit=most
         )
 
-    def heard(self, kind: str, read: Callable[[Types, bytes], T]) -> Iterator[T]:
+    def take_readings(self, kind: str, read: Callable[[Types, bytes], T]) -> Iterator[T]:
         """Yield the readings of a type that have come since the last call, the oldest first."""
         if (topic := self.hears.get(kind)) is None:
             return
-        for payload in self._node.arrived(topic):
+        for payload in self._node.take_payloads(topic):
             try:
                 if isinstance(payload, PeerError):
                     raise payload
@@ -50,16 +50,16 @@ class RosRobot:
             except PeerError as fault:
                 self._ledger.refuse(topic.name, PeerError(f"/{topic.name}: {fault}"))
 
-    def drive(self, twist: Twist) -> None:
+    def send_twist(self, twist: Twist) -> None:
         """Publish a twist for the robot."""
         ros = self._ros
-        linear = ros.make(VECTOR, x=twist.linear, y=0.0, z=0.0)
-        told = ros.make(TWIST, linear=linear, angular=ros.make(VECTOR, x=0.0, y=0.0, z=twist.angular))
+        linear = ros.make_message(VECTOR, x=twist.linear, y=0.0, z=0.0)
+        told = ros.make_message(TWIST, linear=linear, angular=ros.make_message(VECTOR, x=0.0, y=0.0, z=twist.angular))
         if self._setting.stamped:
-            told = ros.make(STAMPED, header=header(ros, BASE, time_ns()), twist=told)
-        self._node.send(self._command, told)
+            told = ros.make_message(STAMPED, header=make_header(ros, BASE, time_ns()), twist=told)
+        self._node.publish_message(self._command, told)
 
-    def stand(self) -> None:
+    def stop_robot(self) -> None:
         """Publish the last twists: the robot stands."""
         for _ in range(FAREWELLS):
-            self.drive(STANDS)
+            self.send_twist(STANDS)

@@ -23,7 +23,7 @@ BEGUN, DONE = 0.1, 0.9  # shares of the commanded speed between which accelerati
 PATIENCE: Final = 3.0  # times as long as a move should take, after which it is given up
 
 
-class Sample(NamedTuple):
+class OdometrySample(NamedTuple):
     """An odometry and when it came."""
 
     at: float  # s, of this process's clock
@@ -31,7 +31,7 @@ class Sample(NamedTuple):
     pose: Pose  # the best that is known: localised, if there is a localisation
 
 
-class Move(NamedTuple):
+class SquareMove(NamedTuple):
     """One of the eight moves."""
 
     twist: Twist  # that was commanded
@@ -39,15 +39,15 @@ class Move(NamedTuple):
     told: float  # s, for how long
     before: Pose
     after: Pose
-    samples: Sequence[Sample]
+    samples: Sequence[OdometrySample]
 
     @property
-    def turns(self) -> bool:
+    def is_turn(self) -> bool:
         """True if it was a turn."""
         return self.twist.linear == 0.0
 
 
-class Measured(NamedTuple):
+class SquareResult(NamedTuple):
     """What a square shows."""
 
     rate: float  # Hz, of odometry
@@ -67,20 +67,20 @@ class Square:
 
     def __init__(self, side: float, linear: float, angular: float) -> None:
         self._side, self._linear, self._angular = side, linear, angular
-        self.moves: list[Move] = []
-        self.samples: list[Sample] = []
+        self.moves: list[SquareMove] = []
+        self.samples: list[OdometrySample] = []
         self._rests_since: float | None = None  # s
-        self._began: Sample | None = None  # of the move under way
+        self._began: OdometrySample | None = None  # of the move under way
         self._ended: float | None = None  # s, when its command ended
         self._turned = 0.0  # rad, in this move
         self._first = 0  # sample of this move
 
     @property
-    def done(self) -> bool:
+    def is_done(self) -> bool:
         """True if the square is driven."""
         return len(self.moves) == MOVES
 
-    def step(self, sample: Sample) -> Twist:
+    def add_sample(self, sample: OdometrySample) -> Twist:
         """Return the twist to command after a sample.
 
         Raises:
@@ -92,7 +92,7 @@ class Square:
         if moves or self._rests_since is None:
             self._rests_since = sample.at
         rested = sample.at - self._rests_since >= REST
-        if self.done:
+        if self.is_done:
             return STANDS
         twist = Twist(self._linear, 0.0) if len(self.moves) % 2 == 0 else Twist(0.0, self._angular)
         if self._began is None:
@@ -115,25 +115,29 @@ class Square:
             return twist
         if rested and sample.at - self._ended >= REST:
             self.moves.append(
-                Move(twist, self._began.at, self._ended - self._began.at, self._began.pose, sample.pose,
+                SquareMove(twist, self._began.at, self._ended - self._began.at, self._began.pose, sample.pose,
                      self.samples[self._first :])
             )  # fmt: skip
             self._began = None
         return STANDS
 
 
-def measured(square: Square, track_width: float) -> Measured:
+def measure_square(square: Square, track_width: float) -> SquareResult:
     """Return what a square that was driven shows; ``track_width`` [m] is that of the robot's own driver."""
     gaps = [after.at - before.at for before, after in pairwise(square.samples)]
     stamps = [sample.odometry.stamp for sample in square.samples]
     stamped = [after - before for before, after in pairwise(stamps)]
     times = stamped if all(time > 0.0 for time in stamped) else gaps
-    starts = [late for move in square.moves if (late := latency(move)) is not None]
-    straight, turns = ([move for move in square.moves if move.turns == wanted] for wanted in (False, True))
-    gained = [gain for move in square.moves if (gain := slope(move, track_width, braking=False)) is not None]
-    lost = [gain for move in square.moves if (gain := slope(move, track_width, braking=True)) is not None]
+    starts = [late for move in square.moves if (late := measure_latency(move)) is not None]
+    straight, turns = ([move for move in square.moves if move.is_turn == wanted] for wanted in (False, True))
+    gained = [
+        gain for move in square.moves if (gain := measure_acceleration(move, track_width, braking=False)) is not None
+    ]
+    lost = [
+        gain for move in square.moves if (gain := measure_acceleration(move, track_width, braking=True)) is not None
+    ]
     first, last = square.moves[0].before, square.moves[-1].after
-    return Measured(
+    return SquareResult(
         rate=1 / fmean(times),
         jitter=pstdev(times),
         longest=max(gaps),
@@ -143,51 +147,52 @@ def measured(square: Square, track_width: float) -> Measured:
         top_speed=max(abs(sample.odometry.twist.linear) for sample in square.samples),
         driven=sum(distance(move.before, move.after) for move in straight)
         / sum(move.twist.linear * move.told for move in straight),
-        turned=sum(turn_of(move) for move in turns) / sum(move.twist.angular * move.told for move in turns),
+        turned=sum(turned_angle(move) for move in turns) / sum(move.twist.angular * move.told for move in turns),
         closed=(distance(first, last), abs(wrap(first.yaw - last.yaw))),
     )
 
 
-def turn_of(move: Move) -> float:
+def turned_angle(move: SquareMove) -> float:
     """Return by how much a robot has turned [rad], a quarter or so."""
     return wrap(move.after.yaw - move.before.yaw - pi / 2) + pi / 2
 
 
-def speeds(move: Move) -> list[tuple[float, float]]:
+def speed_shares(move: SquareMove) -> list[tuple[float, float]]:
     """Return times [s] and the speed that was commanded, as a share of it."""
-    wanted = move.twist.angular if move.turns else move.twist.linear
+    wanted = move.twist.angular if move.is_turn else move.twist.linear
     return [
-        (at, (odometry.twist.angular if move.turns else odometry.twist.linear) / wanted)
+        (at, (odometry.twist.angular if move.is_turn else odometry.twist.linear) / wanted)
         for at, odometry, _ in move.samples
     ]
 
 
-def latency(move: Move) -> float | None:
+def measure_latency(move: SquareMove) -> float | None:
     """Return the time [s] from the first command to the first odometry that shows motion; None: it shows none."""
-    return next((at - move.began for at, share in speeds(move) if share > BEGUN), None)
+    return next((at - move.began for at, share in speed_shares(move) if share > BEGUN), None)
 
 
-def slope(move: Move, track_width: float, *, braking: bool) -> float | None:
+def measure_acceleration(move: SquareMove, track_width: float, *, braking: bool) -> float | None:
     """Return the acceleration of the rims [m/s2] in a move; None if it was too quick for this odometry."""
-    shares = speeds(move)
+    shares = speed_shares(move)
     if braking:
         shares = [(-at, share) for at, share in reversed(shares)]
     begun = next(((at, share) for at, share in shares if share > BEGUN), None)
     done = next(((at, share) for at, share in shares if share > DONE), None)
     if begun is None or done is None or done[0] <= begun[0]:
         return None
-    rim = move.twist.angular * track_width / 2 if move.turns else move.twist.linear
+    rim = move.twist.angular * track_width / 2 if move.is_turn else move.twist.linear
     return rim * (done[1] - begun[1]) / (done[0] - begun[0])
 
 
-def told(found: Measured, track_width: float, speed: float, by: str) -> Iterator[str]:
+def format_square_result(found: SquareResult, track_width: float, speed: float, by: str) -> Iterator[str]:
     """Yield the lines that tell what was measured, and what to set; ``by`` is what told the robot's turns."""
     least, usual, most = found.latency
     effective = track_width / found.turned
     pauses = f"jitter {found.jitter * 1e3:.1f} ms, longest gap {found.longest:.3f} s"
     yield f"odometry            {found.rate:.1f} Hz, {pauses}"
     yield f"latency             {usual:.3f} s from a command to odometry that shows it ({least:.3f} to {most:.3f} s)"
-    yield f"acceleration        {_rate(found.acceleration)}, braking {_rate(found.braking)}, of a wheel's rim"
+    gained, lost = map(_format_acceleration, (found.acceleration, found.braking))
+    yield f"acceleration        {gained}, braking {lost}, of a wheel's rim"
     yield f"top speed           {found.top_speed:.2f} m/s; {speed:.2f} m/s were commanded"
     yield f"distance            {found.driven:.3f} of what was commanded, by {by}"
     yield f"turning             {found.turned:.3f} of what was commanded, by {by}"
@@ -204,5 +209,5 @@ def told(found: Measured, track_width: float, speed: float, by: str) -> Iterator
     yield f"  speed_scale: {scale:.3f}  # wheels of at most {found.top_speed:.2f} m/s"
 
 
-def _rate(rate: float | None) -> str:
+def _format_acceleration(rate: float | None) -> str:
     return "too quick to measure" if rate is None else f"{rate:.2f} m/s2"

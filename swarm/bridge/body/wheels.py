@@ -3,7 +3,7 @@
 from dataclasses import dataclass, replace
 from typing import Final
 
-from swarm.motion.drive import ramped
+from swarm.motion.drive import ramp_wheels
 
 SMOOTH: Final = 1.0  # s; a robot that accelerates less than the scenario says is late for less than that
 LEAST: Final = 0.1  # m/s; slower wheels are not judged: many motors do not turn so slowly
@@ -26,9 +26,9 @@ class Wheels:
     slow: float = 0.0  # s, for how long a wheel has been too slow
     well: float = 0.0  # s, for how long both have done what they were told
 
-    def after(self, command: RimSpeeds, measured: RimSpeeds, dt: float) -> "Wheels":
+    def advance_wheels(self, command: RimSpeeds, measured: RimSpeeds, dt: float) -> "Wheels":
         """Return the state ``dt`` [s] later, in which the wheels were commanded and measured."""
-        wanted = ramped(self.wanted, command, self.fastest, self.acceleration * dt)
+        wanted = ramp_wheels(self.wanted, command, self.fastest, self.acceleration * dt)
         part = min(1.0, dt / SMOOTH)
         asked = [was + part * (abs(speed) - was) for was, speed in zip(self.asked, wanted, strict=True)]
         did = [
@@ -46,7 +46,7 @@ class Wheels:
             well=self.well + dt if judged and not late else self.well * (not late),
         )
 
-    def standing(self) -> "Wheels":
+    def make_idle(self) -> "Wheels":
         """Return the state of wheels of which nothing is asked."""
         return Wheels(self.fastest, self.acceleration)
 

@@ -27,13 +27,13 @@ SURE: Final = bytes(36 * 8)  # the covariance of a pose or a twist that is exact
 ALIGNED: Final = 8  # bytes; the largest number
 
 
-def stamped(at: int) -> bytes:
+def write_time(at: int) -> bytes:
     """Return a builtin_interfaces/msg/Time."""
     return STAMP.pack(*divmod(at, SECOND))
 
 
 @lru_cache(maxsize=4096)
-def texts(begin: int, to: int, *given: str) -> bytes:
+def write_texts(begin: int, to: int, *given: str) -> bytes:
     """Return texts that begin at an offset, with the gap after them until a number of ``to`` bytes may follow."""
     found = bytearray(begin)
     for one in given:
@@ -44,42 +44,42 @@ def texts(begin: int, to: int, *given: str) -> bytes:
     return bytes(found[begin:])
 
 
-def posed(pose: Pose) -> bytes:
+def write_pose(pose: Pose) -> bytes:
     """Return a geometry_msgs/msg/Pose on the floor; a geometry_msgs/msg/Transform has the same bytes."""
     return POSED.pack(pose.x, pose.y, 0.0, 0.0, 0.0, sin(pose.yaw / 2), cos(pose.yaw / 2))
 
 
-def clock(at: int) -> bytes:
+def write_clock(at: int) -> bytes:
     """Return a rosgraph_msgs/msg/Clock."""
-    return CDR_HEADER + stamped(at)
+    return CDR_HEADER + write_time(at)
 
 
-def transforms(at: int, found: Iterable[tuple[str, str, Pose]]) -> bytes:
+def write_transforms(at: int, found: Iterable[tuple[str, str, Pose]]) -> bytes:
     """Return a tf2_msgs/msg/TFMessage: where child frames are in frames."""
-    time, parts, size, count = stamped(at), [b""], COUNT.size, 0
+    time, parts, size, count = write_time(at), [b""], COUNT.size, 0
     for frame, child, pose in found:
         gap = -size % COUNT.size
-        names = texts((size + gap + STAMP.size) % ALIGNED, ALIGNED, frame, child)
-        parts.append(bytes(gap) + time + names + posed(pose))
+        names = write_texts((size + gap + STAMP.size) % ALIGNED, ALIGNED, frame, child)
+        parts.append(bytes(gap) + time + names + write_pose(pose))
         size += len(parts[-1])
         count += 1
     parts[0] = CDR_HEADER + COUNT.pack(count)
     return b"".join(parts)
 
 
-def pose_with_covariance(at: int, frame: str, pose: Pose) -> bytes:
+def write_pose_with_covariance(at: int, frame: str, pose: Pose) -> bytes:
     """Return a geometry_msgs/msg/PoseWithCovarianceStamped of a pose that is exact."""
-    return CDR_HEADER + stamped(at) + texts(0, ALIGNED, frame) + posed(pose) + SURE
+    return CDR_HEADER + write_time(at) + write_texts(0, ALIGNED, frame) + write_pose(pose) + SURE
 
 
-def odometry(at: int, frame: str, child: str, pose: Pose, linear: float, angular: float) -> bytes:
+def write_odometry(at: int, frame: str, child: str, pose: Pose, linear: float, angular: float) -> bytes:
     """Return a nav_msgs/msg/Odometry: an exact pose in a frame, and the twist [m/s, rad/s] in the child's frame."""
-    names = texts(0, ALIGNED, frame, child)
+    names = write_texts(0, ALIGNED, frame, child)
     twist = TWIST.pack(linear, 0.0, 0.0, 0.0, 0.0, angular)
-    return CDR_HEADER + stamped(at) + names + posed(pose) + SURE + twist + SURE
+    return CDR_HEADER + write_time(at) + names + write_pose(pose) + SURE + twist + SURE
 
 
-def laser_scan(at: int, frame: str, beams: bytes, ranges: NDArray[np.float32]) -> bytes:
+def write_laser_scan(at: int, frame: str, beams: bytes, ranges: NDArray[np.float32]) -> bytes:
     """Return a sensor_msgs/msg/LaserScan without intensities; ``beams`` are what ``BEAMS`` packs."""
-    head = CDR_HEADER + stamped(at) + texts(0, COUNT.size, frame) + beams
+    head = CDR_HEADER + write_time(at) + write_texts(0, COUNT.size, frame) + beams
     return head + COUNT.pack(len(ranges)) + ranges.tobytes() + COUNT.pack(0)

@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dashboard.fold import palette
-from swarm.bridge.cdr.writing import Cdr
+from swarm.bridge.cdr.writer import CdrWriter
 from swarm.geometry import Pose
 from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.messages import Body
 from swarm.settings import Settings
-from swarm.traffic.lattice.extent import extent
+from swarm.traffic.lattice.extent import lattice_shape
 
 CYLINDER, LINE_LIST, CUBE_LIST, TEXT = 3, 5, 6, 9  # visualization_msgs/msg/Marker
 ADD, DELETE = 0, 2
@@ -49,7 +49,7 @@ class Marker(NamedTuple):
     text: str = ""
 
 
-class Lattice(NamedTuple):
+class CellLattice(NamedTuple):
     """Where the cells of traffic are: all robots and ``CellMap`` have the same."""
 
     origin: Pose  # of the map
@@ -59,15 +59,17 @@ class Lattice(NamedTuple):
     columns: int
 
 
-def lattice_of(floor: OccupancyMap, settings: Settings) -> Lattice | None:
+def build_cell_lattice(floor: OccupancyMap, settings: Settings) -> CellLattice | None:
     """Return the lattice over a floor; None if the world does not tell where it is."""
     side, offset = settings.traffic.cell, settings.traffic.offset
     if side is None or offset is None:
         return None
-    return Lattice(floor.origin, side, offset, *extent(floor, side, offset))
+    return CellLattice(floor.origin, side, offset, *lattice_shape(floor, side, offset))
 
 
-def held(frame: str, bodies: Sequence[Body], numbers: Mapping[str, int], cells: Lattice) -> Marker:
+def make_held_cells_marker(
+    frame: str, bodies: Sequence[Body], numbers: Mapping[str, int], cells: CellLattice
+) -> Marker:
     """Return the cells that robots hold, each in its robot's colour."""
     most = cells.rows * cells.columns
     pairs = [(cell, numbers[body.robot]) for body in bodies for cell in body.held if cell < most]
@@ -76,14 +78,14 @@ def held(frame: str, bodies: Sequence[Body], numbers: Mapping[str, int], cells: 
     points[:, 0] = cells.offset[0] + (columns + 0.5) * cells.side
     points[:, 1] = cells.offset[1] + (rows + 0.5) * cells.side
     side = cells.side * FILLED
-    colours = [rgba(palette.robot(number), CLEAR) for _, number in pairs]
+    colours = [to_rgba(palette.robot(number), CLEAR) for _, number in pairs]
     return Marker(
         frame, "held", 0, CUBE_LIST, (side, side, FLAT), pose=cells.origin, points=points,
         colours=np.array(colours, np.float32),
     )  # fmt: skip
 
 
-def joint(frame: str, bodies: Iterable[Body]) -> Marker:
+def make_joint_plan_marker(frame: str, bodies: Iterable[Body]) -> Marker:
     """Return a line through the members of each joint plan, in the order of their names."""
     at = {body.robot: (body.x, body.y, ABOVE / 2) for body in bodies}
     plans = {tuple(sorted({body.robot, *body.members} & at.keys())) for body in bodies if body.members}
@@ -93,7 +95,7 @@ def joint(frame: str, bodies: Iterable[Body]) -> Marker:
     )
 
 
-def bodies_of(frames: Mapping[str, str], numbers: Mapping[str, int], radius: float) -> list[Marker]:
+def make_robot_markers(frames: Mapping[str, str], numbers: Mapping[str, int], radius: float) -> list[Marker]:
     """Return the footprint and the name of each robot, in its frame of ``frames``; ``radius`` [m] is a robot's."""
     found = []
     for robot, frame in frames.items():
@@ -105,38 +107,38 @@ def bodies_of(frames: Mapping[str, str], numbers: Mapping[str, int], radius: flo
     return found
 
 
-def marker_array(at: int, found: Sequence[Marker]) -> bytes:
+def write_marker_array(at: int, found: Sequence[Marker]) -> bytes:
     """Return markers as a visualization_msgs/msg/MarkerArray, stamped ``at`` [ns]."""
-    out = Cdr()
-    out.put("I", len(found))
+    out = CdrWriter()
+    out.write_numbers("I", len(found))
     for one in found:
-        _write(out, at, one)
-    return out.finish()
+        _write_marker(out, at, one)
+    return out.to_bytes()
 
 
-def rgba(colour: palette.Colour, alpha: float) -> tuple[float, float, float, float]:
+def to_rgba(colour: palette.Colour, alpha: float) -> tuple[float, float, float, float]:
     """Return a colour as ROS has it, from 0 to 1."""
     red, green, blue = colour
     return red / 255, green / 255, blue / 255, alpha
 
 
-def _write(out: Cdr, at: int, one: Marker) -> None:
-    out.head(at, one.frame)
-    out.text(one.kind)
+def _write_marker(out: CdrWriter, at: int, one: Marker) -> None:
+    out.write_header(at, one.frame)
+    out.write_text(one.kind)
     empty = one.points is not None and not len(one.points)
-    out.put("i", one.number, one.type, DELETE if empty else ADD)  # RViz complains about a list of nothing
-    out.pose(one.pose, one.height)
-    out.put("d", *one.scale)
-    out.put("f", *rgba(one.colour, one.alpha))
-    out.put("I", LASTS, 0)
-    out.put("B", 1)  # locked to its frame: the viewer moves it
+    out.write_numbers("i", one.number, one.type, DELETE if empty else ADD)  # RViz complains about a list of nothing
+    out.write_pose(one.pose, one.height)
+    out.write_numbers("d", *one.scale)
+    out.write_numbers("f", *to_rgba(one.colour, one.alpha))
+    out.write_numbers("I", LASTS, 0)
+    out.write_numbers("B", 1)  # locked to its frame: the viewer moves it
     for values, size in ((one.points, 8), (one.colours, 4)):
         rows: NDArray[Any] = np.zeros((0, 0)) if values is None else values
-        out.raw(len(rows), size, rows.tobytes())
-    out.text("")  # no texture: its name, and an image
-    out.head(0, "")
-    out.text("")
-    out.put("I", 0, 0)
-    out.text(one.text, "", "")  # the text; no mesh: its name, and a file
-    out.put("I", 0)
-    out.put("B", 0)
+        out.write_sequence(len(rows), size, rows.tobytes())
+    out.write_text("")  # no texture: its name, and an image
+    out.write_header(0, "")
+    out.write_text("")
+    out.write_numbers("I", 0, 0)
+    out.write_text(one.text, "", "")  # the text; no mesh: its name, and a file
+    out.write_numbers("I", 0)
+    out.write_numbers("B", 0)

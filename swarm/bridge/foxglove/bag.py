@@ -32,7 +32,7 @@ END: Final = struct.pack("<BQI", 0x0F, 4, 0) + FOOT
 PROFILE: Final = "ros2"
 
 
-class Unwritten:
+class WriteBuffer:
     """What the SDK has written and the disk has not; it stands in for a file."""
 
     def __init__(self) -> None:
@@ -52,7 +52,7 @@ class Unwritten:
     def flush(self) -> None:
         """Do nothing: ``Bag`` writes."""
 
-    def take(self) -> bytes:
+    def take_bytes(self) -> bytes:
         """Return what waits: it is going to be in the file."""
         data = bytes(self.data)
         self.data.clear()
@@ -70,13 +70,13 @@ class Bag:
         self._offered: dict[str, RosTopic] = {}
 
     def __enter__(self) -> "Bag":
-        self.begin()
+        self.begin_run()
         return self
 
     def __exit__(self, *fault: object) -> None:
         self.close()
 
-    def begin(self) -> None:
+    def begin_run(self) -> None:
         """Begin a file for a run; that of the run before gets its end.
 
         Raises:
@@ -88,40 +88,40 @@ class Bag:
         try:
             self._file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o644)
         except OSError as fault:
-            raise self._fault(fault) from None
+            raise self._make_write_error(fault) from None
         context = foxglove.Context()
         self._channels = Channels(self._ros, context)
-        self._waiting = Unwritten()
+        self._waiting = WriteBuffer()
         self._writer: Any = foxglove.open_mcap(
             self._waiting,  # type: ignore[arg-type]  # the SDK asks for no more of a file than it has
             context=context,
             writer_options=MCAPWriteOptions(profile=PROFILE, disable_seeking=True, compression_threads=0),
         )
         for name, topic in self._offered.items():
-            self._channels.offer(name, topic)
+            self._channels.offer_topic(name, topic)
         self.flush()
 
-    def offer(self, name: str, topic: RosTopic) -> None:
+    def offer_topic(self, name: str, topic: RosTopic) -> None:
         """Add a topic; a name begins with a slash."""
         self._offered[name] = topic
-        self._channels.offer(name, topic)
+        self._channels.offer_topic(name, topic)
 
-    def withdraw(self, name: str) -> None:
+    def withdraw_topic(self, name: str) -> None:
         """Take a topic away; the file keeps it."""
         del self._offered[name]
-        self._channels.withdraw(name)
+        self._channels.withdraw_topic(name)
 
-    def wants(self, name: str) -> bool:
+    def is_topic_wanted(self, name: str) -> bool:
         """Return True: a bag has all topics."""
         return True
 
-    def send(self, name: str, payload: bytes, at: int) -> None:
+    def send_payload(self, name: str, payload: bytes, at: int) -> None:
         """Write a message that was sent at a time [ns].
 
         Raises:
             ConfigError: the file cannot be written.
         """
-        self._channels.log(name, payload, at)
+        self._channels.log_message(name, payload, at)
         if monotonic() - self._flushed >= EVERY:
             self.flush()
 
@@ -133,7 +133,7 @@ class Bag:
         """
         self._writer.flush()
         if self._waiting.data:
-            self._append(END)
+            self._append_chunk(END)
         self._flushed = monotonic()
 
     def close(self) -> None:
@@ -147,29 +147,29 @@ class Bag:
         try:
             self.flush()
             self._writer.close()
-            self._append(b"")
+            self._append_chunk(b"")
         finally:
             os.close(self._file)
             self._file = None
 
-    def _append(self, end: bytes) -> None:
+    def _append_chunk(self, end: bytes) -> None:
         """Write what waits and an end over the old end, so that the file is whole after each step."""
         at = self._waiting.taken
-        data = self._waiting.take() + end
+        data = self._waiting.take_bytes() + end
         data, foot = data[: -len(FOOT)], data[-len(FOOT) :]
-        self._write(FOOT, at + len(data))
-        self._write(data[len(END) :], at + len(END))
-        self._write(data[: len(END)], at)
-        self._write(foot, at + len(data))
+        self._write_bytes(FOOT, at + len(data))
+        self._write_bytes(data[len(END) :], at + len(END))
+        self._write_bytes(data[: len(END)], at)
+        self._write_bytes(foot, at + len(data))
 
-    def _write(self, part: bytes, begin: int) -> None:
+    def _write_bytes(self, part: bytes, begin: int) -> None:
         assert self._file is not None, "it is open"
         try:
             while part:
                 written = os.pwrite(self._file, part, begin)
                 part, begin = part[written:], begin + written
         except OSError as fault:
-            raise self._fault(fault) from None
+            raise self._make_write_error(fault) from None
 
-    def _fault(self, fault: OSError) -> ConfigError:
+    def _make_write_error(self, fault: OSError) -> ConfigError:
         return ConfigError(f"--record {self._path}: expected to write it, got: {fault.strerror}; name another file")

@@ -22,7 +22,7 @@ QOS: Final = """\
 NEVER: Final = "{sec: 9223372036, nsec: 854775807}"
 
 
-def qos(topic: RosTopic) -> str:
+def format_qos(topic: RosTopic) -> str:
     """Return a topic's qualities of service as the metadata of a bag has them."""
     reliability, durability, history, *_ = topic.qos.split(":")
     return QOS.format(
@@ -40,28 +40,28 @@ class Channels:
         self._channels: dict[str, foxglove.Channel] = {}
         self._last = 0  # ns
 
-    def offer(self, name: str, topic: RosTopic) -> int:
+    def offer_topic(self, name: str, topic: RosTopic) -> int:
         """Add a topic; return the number that the sink gives it."""
-        text = self._ros.definition(topic.type).encode()
+        text = self._ros.type_definition(topic.type).encode()
         schema = foxglove.Schema(name=topic.type, encoding="ros2msg", data=text)
-        about = {"offered_qos_profiles": qos(topic), "topic_type_hash": self._ros.hash(topic.type)}
+        about = {"offered_qos_profiles": format_qos(topic), "topic_type_hash": self._ros.type_hash(topic.type)}
         channel = foxglove.Channel(name, message_encoding="cdr", schema=schema, context=self._context, metadata=about)
         self._channels[name] = channel
         return channel.id()
 
-    def withdraw(self, name: str) -> None:
+    def withdraw_topic(self, name: str) -> None:
         """Take a topic away."""
         self._channels.pop(name).close()
 
-    def wants(self, name: str) -> bool:
+    def is_topic_wanted(self, name: str) -> bool:
         """Return True if the sink takes what is said on a topic now."""
         return self._channels[name].has_sinks()
 
-    def log(self, name: str, payload: bytes, at: int) -> None:
+    def log_message(self, name: str, payload: bytes, at: int) -> None:
         """Say a message that was sent at a time [ns], or at that of the last one: readers want them in order."""
         self._last = max(self._last, at)
         self._channels[name].base.log(payload, log_time=self._last)
 
-    def begin(self) -> None:
+    def reset_time(self) -> None:
         """Let time begin again."""
         self._last = 0

@@ -3,7 +3,7 @@
 import msgspec
 from msgspec import Struct
 
-from swarm.bridge.ros2.goals import order_to, ordered
+from swarm.bridge.ros2.goals import build_order, parse_goal
 from swarm.bridge.ros2.topics import GOAL
 from swarm.bridge.ros2.types import Types
 from swarm.errors import PeerError
@@ -16,7 +16,7 @@ class Header(Struct):
     frame_id: str
 
 
-class Place(Struct):
+class ClickPoint(Struct):
     """A geometry_msgs/msg/Point."""
 
     x: float
@@ -24,7 +24,7 @@ class Place(Struct):
     z: float = 0.0
 
 
-class Turn(Struct):
+class Quaternion(Struct):
     """A geometry_msgs/msg/Quaternion."""
 
     x: float = 0.0
@@ -36,21 +36,21 @@ class Turn(Struct):
 class Pose(Struct):
     """A geometry_msgs/msg/Pose."""
 
-    position: Place
-    orientation: Turn
+    position: ClickPoint
+    orientation: Quaternion
 
 
-class Goal(Struct):
+class PoseStamped(Struct):
     """A geometry_msgs/msg/PoseStamped, as the viewer's 3D panel publishes it."""
 
     header: Header
     pose: Pose
 
 
-DECODER = msgspec.json.Decoder(Goal)
+DECODER = msgspec.json.Decoder(PoseStamped)
 
 
-def clicked(ros: Types, encoding: str, payload: bytes, name: str) -> Order:
+def parse_click(ros: Types, encoding: str, payload: bytes, name: str) -> Order:
     """Return the order to drive to a goal; it gets a name.
 
     Raises:
@@ -58,11 +58,11 @@ def clicked(ros: Types, encoding: str, payload: bytes, name: str) -> Order:
     """
     match encoding:
         case "cdr":
-            return ordered(ros, payload, name)
+            return parse_goal(ros, payload, name)
         case "json":
             try:
                 goal = DECODER.decode(payload)
             except (msgspec.DecodeError, UnicodeDecodeError) as fault:
                 raise PeerError(f"expected {GOAL.type} as JSON, got {len(payload)} bytes: {fault}") from None
-            return order_to([goal], name)
+            return build_order([goal], name)
     raise PeerError(f"expected {GOAL.type} as json or cdr, got encoding {encoding[:40]!r}")

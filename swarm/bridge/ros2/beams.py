@@ -16,7 +16,7 @@ STEP: Final = 2 * pi / TURN  # rad
 FIRST: Final = -pi  # rad, where beam 0 points: backwards; left is positive
 
 
-class Fan(NamedTuple):
+class BeamLayout(NamedTuple):
     """The beams of a scan, from the first to the last that has a ray."""
 
     first: int  # the number of its first beam
@@ -24,16 +24,16 @@ class Fan(NamedTuple):
     places: NDArray[np.intp]  # of each ray in it, in the order of ``Sense.rays``
 
 
-def beams(sensors: SensorSettings) -> Fan:
+def build_beam_layout(sensors: SensorSettings) -> BeamLayout:
     """Return the beams of a scan with these sensors.
 
-    >>> fan = beams(SensorSettings(rays=3, side_deg=60, side_half_width_deg=20, front_half_width_deg=10))
+    >>> fan = build_beam_layout(SensorSettings(rays=3, side_deg=60, side_half_width_deg=20, front_half_width_deg=10))
     >>> fan.first, fan.width, fan.places.tolist()
     (200, 321, [240, 280, 320, 140, 160, 180, 0, 40, 80])
     """
     numbers = [round((angle - FIRST) / STEP) % TURN for sector in sectors(sensors) for angle in sector]
     first = min(numbers)
-    return Fan(first, max(numbers) - first + 1, np.array(numbers, np.intp) - first)
+    return BeamLayout(first, max(numbers) - first + 1, np.array(numbers, np.intp) - first)
 
 
 class Scanner:
@@ -41,7 +41,7 @@ class Scanner:
 
     def __init__(self, settings: Settings) -> None:
         self.settings = settings
-        self._fan = fan = beams(settings.sensors)
+        self._fan = fan = build_beam_layout(settings.sensors)
         self._edge, self._reach = settings.robot.radius, settings.sensors.range
         self._shared = len({*fan.places.tolist()}) < len(fan.places)  # two rays have one beam
         self._empty: NDArray[np.float32] = np.full(fan.width, np.nan, np.float32)
@@ -50,7 +50,7 @@ class Scanner:
         far = self._edge + self._reach
         self._about = layouts.BEAMS.pack(first, last, STEP, 0.0, 1 / settings.rate, self._edge, far)
 
-    def scan(self, at: int, frame: str, rays: Sequence[float]) -> bytes:
+    def write_scan(self, at: int, frame: str, rays: Sequence[float]) -> bytes:
         """Return rays [m] as a scan: ranges from the robot's centre, +inf where a ray met nothing (REP-117).
 
         A scan of ROS has evenly spaced beams and our rays have gaps: a beam without a ray is NaN, which REP-117 has for
@@ -63,4 +63,4 @@ class Scanner:
             np.fmin.at(ranges, places, met)
         else:
             ranges[places] = met
-        return layouts.laser_scan(at, frame, self._about, ranges)
+        return layouts.write_laser_scan(at, frame, self._about, ranges)

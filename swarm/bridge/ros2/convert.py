@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from swarm.bridge.cdr import health, layouts, markers
 from swarm.bridge.cdr.layouts import SECOND
-from swarm.bridge.cdr.writing import Cdr
+from swarm.bridge.cdr.writer import CdrWriter
 from swarm.bridge.ros2 import topics
 from swarm.bridge.ros2.beams import Scanner
 from swarm.bridge.ros2.topics import RosTopic
@@ -25,14 +25,14 @@ from swarm.messages import Broadcast, Clock, Event, Map, Message, Plan, Sense, S
 from swarm.settings import Settings
 
 if TYPE_CHECKING:
-    from swarm.bridge.learned import LearnedFloor
+    from swarm.bridge.learned_floor import LearnedFloor
 
 IN_MAP, IN_ODOM, BASE, LINK, LASER = "map", "odom", "base_footprint", "base_link", "base_scan"
 OCCUPANCY: Final = {FREE: 0, WALL: 100, OBSTACLE: 100, UNKNOWN: -1}  # %; -1: not known (nav_msgs/OccupancyGrid)
 HERE: Final = Pose(0.0, 0.0, 0.0)
 
 
-class Said(NamedTuple):
+class RosMessage(NamedTuple):
     """A message for ROS, and where it goes."""
 
     robot: str  # in whose namespace; "": the fleet's
@@ -53,27 +53,27 @@ class Converter:
         self, *, joined: bool = False, wants: Callable[[str, RosTopic], bool] = lambda robot, topic: True
     ) -> None:
         self._joined, self._wants = joined, wants
-        self._cells: markers.Lattice | None = None
+        self._cells: markers.CellLattice | None = None
         self._drawn = -SECOND  # ns, when footprints and names were drawn last
         self._scanner: Scanner | None = None
         self._learned: LearnedFloor | None = None  # None: robots are given the floor
-        self.show({})
+        self.set_namespaces({})
 
-    def show(self, names: Mapping[str, str]) -> None:
+    def set_namespaces(self, names: Mapping[str, str]) -> None:
         """Take other names for the robots, and no robots but those."""
         self.names = names
         self._own = {robot: f"{space.strip('/')}/" for robot, space in names.items()}
 
-    def still(self, at: int) -> Iterator[Said]:
+    def make_static_frames(self, at: int) -> Iterator[RosMessage]:
         """Yield the frames that do not move: say them again when robots come or go."""
-        found = [(IN_MAP, self._joint(robot, IN_ODOM), HERE) for robot in self.names]
+        found = [(IN_MAP, self._fleet_frame(robot, IN_ODOM), HERE) for robot in self.names]
         for robot in self.names:
-            found += self._on_body(self._joint(robot, ""))
+            found += self._body_frames(self._fleet_frame(robot, ""))
             if not self._joined:
-                yield Said(robot, topics.TF_STATIC, layouts.transforms(at, self._on_body("")))
-        yield Said("", topics.TF_STATIC, layouts.transforms(at, found))
+                yield RosMessage(robot, topics.TF_STATIC, layouts.write_transforms(at, self._body_frames("")))
+        yield RosMessage("", topics.TF_STATIC, layouts.write_transforms(at, found))
 
-    def converted(self, message: Message, robot: str, settings: Settings, at: int) -> Iterator[Said]:
+    def convert_message(self, message: Message, robot: str, settings: Settings, at: int) -> Iterator[RosMessage]:
         """Yield all that a message of the fleet is in ROS, stamped ``at`` [ns].
 
         ``robot`` is the one in the message's key, "" if there is none.
@@ -86,138 +86,147 @@ class Converter:
         match message:
             case Map(packed=packed):
                 floor = unpack(packed)
-                self._cells = markers.lattice_of(floor, settings)
+                self._cells = markers.build_cell_lattice(floor, settings)
                 self._learned = None
                 if settings.map.known:
-                    yield Said("", topics.MAP, occupancy_grid(floor, at))
+                    yield RosMessage("", topics.MAP, write_occupancy_grid(floor, at))
                 else:
-                    self._learned = _learning(message)
+                    self._learned = _make_learned_floor(message)
             case Broadcast() if self._learned is not None:
-                self._learned.hear(message)
+                self._learned.add_broadcast(message)
             case Truth():
-                yield from self._of_truth(message, settings, at)
+                yield from self._convert_truth(message, settings, at)
             case Sense():
-                yield from self._of_sense(message, robot, settings, at)
+                yield from self._convert_sense(message, robot, settings, at)
             case Plan(points=points):
-                yield Said(robot, topics.PLAN, path(points, at))
+                yield RosMessage(robot, topics.PLAN, write_path(points, at))
             case Clock():
-                yield from self._of_clock(message, at)
+                yield from self._convert_clock(message, at)
             case State() if self._wants("", topics.DIAGNOSTICS):
-                yield Said("", topics.DIAGNOSTICS, health.diagnostics(at, [health.of_state(message)]))
+                yield RosMessage("", topics.DIAGNOSTICS, health.write_diagnostics(at, [health.driving_status(message)]))
             case Event() if self._wants("", topics.DIAGNOSTICS):
-                yield Said("", topics.DIAGNOSTICS, health.diagnostics(at, [health.of_event(message)]))
+                yield RosMessage("", topics.DIAGNOSTICS, health.write_diagnostics(at, [health.event_status(message)]))
 
-    def _of_truth(self, truth: Truth, settings: Settings, at: int) -> Iterator[Said]:
+    def _convert_truth(self, truth: Truth, settings: Settings, at: int) -> Iterator[RosMessage]:
         if self._learned is not None:
-            self._learned.see(truth)
+            self._learned.set_truth(truth)
         bodies = [body for body in truth.bodies if body.robot in self.names]
         poses = {body.robot: Pose(body.x, body.y, body.yaw) for body in bodies}
         if self._wants("", topics.CLOCK):
-            yield Said("", topics.CLOCK, layouts.clock(at))
+            yield RosMessage("", topics.CLOCK, layouts.write_clock(at))
         if self._wants("", topics.TF):
-            yield Said("", topics.TF, layouts.transforms(at, [
-                (IN_MAP, self._joint(robot, BASE), pose) for robot, pose in poses.items()
+            yield RosMessage("", topics.TF, layouts.write_transforms(at, [
+                (IN_MAP, self._fleet_frame(robot, BASE), pose) for robot, pose in poses.items()
             ]))  # fmt: skip
         if self._cells is not None and self._wants("", topics.MARKERS):
             numbers = {body.robot: number for number, body in enumerate(truth.bodies)}
-            drawn = [markers.held(IN_MAP, bodies, numbers, self._cells), markers.joint(IN_MAP, bodies)]
+            drawn = [
+                markers.make_held_cells_marker(IN_MAP, bodies, numbers, self._cells),
+                markers.make_joint_plan_marker(IN_MAP, bodies),
+            ]
             if abs(at - self._drawn) >= SECOND:  # of the run: viewers measure by its clock how long a marker lasts
                 self._drawn = at
-                frames = {robot: self._joint(robot, BASE) for robot in poses}
-                drawn += markers.bodies_of(frames, numbers, settings.robot.radius)
-            yield Said("", topics.MARKERS, markers.marker_array(at, drawn))
+                frames = {robot: self._fleet_frame(robot, BASE) for robot in poses}
+                drawn += markers.make_robot_markers(frames, numbers, settings.robot.radius)
+            yield RosMessage("", topics.MARKERS, markers.write_marker_array(at, drawn))
         for robot, pose in poses.items():
-            yield Said(robot, topics.POSE, layouts.pose_with_covariance(at, IN_MAP, pose))
+            yield RosMessage(robot, topics.POSE, layouts.write_pose_with_covariance(at, IN_MAP, pose))
 
-    def _of_sense(self, sense: Sense, robot: str, settings: Settings, at: int) -> Iterator[Said]:
+    def _convert_sense(self, sense: Sense, robot: str, settings: Settings, at: int) -> Iterator[RosMessage]:
         pose = Pose(sense.x, sense.y, sense.yaw)
         own = self._own[robot] if self._joined else ""
         if not self._joined and self._wants(robot, topics.TF):
-            yield Said(robot, topics.TF, layouts.transforms(at, [(IN_MAP, IN_ODOM, HERE), (IN_ODOM, BASE, pose)]))
+            yield RosMessage(
+                robot, topics.TF, layouts.write_transforms(at, [(IN_MAP, IN_ODOM, HERE), (IN_ODOM, BASE, pose)])
+            )
         if self._wants(robot, topics.ODOMETRY):
             frames = own + IN_ODOM, own + BASE
-            yield Said(robot, topics.ODOMETRY, layouts.odometry(at, *frames, pose, sense.linear, sense.angular))
+            yield RosMessage(
+                robot, topics.ODOMETRY, layouts.write_odometry(at, *frames, pose, sense.linear, sense.angular)
+            )
         if self._wants(robot, topics.SCAN):
             if self._scanner is None or self._scanner.settings is not settings:
                 self._scanner = Scanner(settings)
-            yield Said(robot, topics.SCAN, self._scanner.scan(at, own + LASER, sense.rays))
+            yield RosMessage(robot, topics.SCAN, self._scanner.write_scan(at, own + LASER, sense.rays))
 
-    def _of_clock(self, clock: Clock, at: int) -> Iterator[Said]:
-        if self._learned is not None and (learned := self._learned.news()) is not None:
+    def _convert_clock(self, clock: Clock, at: int) -> Iterator[RosMessage]:
+        if self._learned is not None and (learned := self._learned.take_new_floor()) is not None:
             values: NDArray[np.int8] = np.full(learned.rows * learned.columns, OCCUPANCY[UNKNOWN], np.int8)
             values[learned.cells] = OCCUPANCY[WALL]
             shape = learned.rows, learned.columns
-            yield Said("", topics.MAP, grid(self._learned.origin, learned.resolution, shape, values, at))
+            yield RosMessage("", topics.MAP, write_grid(self._learned.origin, learned.resolution, shape, values, at))
         if self._wants("", topics.DIAGNOSTICS):
-            yield Said("", topics.DIAGNOSTICS, health.diagnostics(at, health.of_clock(clock, self.names)))
+            yield RosMessage(
+                "", topics.DIAGNOSTICS, health.write_diagnostics(at, health.process_statuses(clock, self.names))
+            )
         for robot in self.names:
             if self._wants(robot, topics.BATTERY):
-                frame = self._joint(robot, LINK) if self._joined else LINK
-                yield Said(robot, topics.BATTERY, health.battery(at, frame, robot))
+                frame = self._fleet_frame(robot, LINK) if self._joined else LINK
+                yield RosMessage(robot, topics.BATTERY, health.write_battery(at, frame, robot))
 
-    def _joint(self, robot: str, frame: str) -> str:
+    def _fleet_frame(self, robot: str, frame: str) -> str:
         """Return the name of a robot's frame in the tree of the fleet."""
         return self._own[robot] + frame
 
-    def _on_body(self, own: str) -> list[tuple[str, str, Pose]]:
+    def _body_frames(self, own: str) -> list[tuple[str, str, Pose]]:
         """Return where the frames of a body are; ours have all the same origin."""
         return [(own + BASE, own + LINK, HERE), (own + LINK, own + LASER, HERE)]
 
 
-def _learning(floor: Map) -> "LearnedFloor":
+def _make_learned_floor(floor: Map) -> "LearnedFloor":
     """Return what is learned of a floor so far: nothing. Few fleets learn theirs, and what draws it takes 100 MB."""
-    from swarm.bridge.learned import LearnedFloor
+    from swarm.bridge.learned_floor import LearnedFloor
 
     return LearnedFloor(floor)
 
 
-def occupancy_grid(floor: OccupancyMap, at: int) -> bytes:
+def write_occupancy_grid(floor: OccupancyMap, at: int) -> bytes:
     """Return a map as ROS's: row 0 is the lowest in both, and the origin is the outer corner of cell 0."""
     values = np.array([OCCUPANCY[kind] for kind in range(len(OCCUPANCY))], np.int8)
-    return grid(floor.origin, floor.resolution, floor.shape, values[floor.cells], at)
+    return write_grid(floor.origin, floor.resolution, floor.shape, values[floor.cells], at)
 
 
-def grid(origin: Pose, side: float, shape: tuple[int, int], values: NDArray[np.int8], at: int) -> bytes:
+def write_grid(origin: Pose, side: float, shape: tuple[int, int], values: NDArray[np.int8], at: int) -> bytes:
     """Return values [%] of rows and columns of cells, with a side in m, as a nav_msgs/msg/OccupancyGrid."""
     rows, columns = shape
-    out = Cdr()
-    out.head(at, IN_MAP)
-    out.time(at)
-    out.put("f", side)
-    out.put("I", columns, rows)
-    out.pose(origin)
-    out.raw(values.size, 1, values.tobytes())
-    return out.finish()
+    out = CdrWriter()
+    out.write_header(at, IN_MAP)
+    out.write_stamp(at)
+    out.write_numbers("f", side)
+    out.write_numbers("I", columns, rows)
+    out.write_pose(origin)
+    out.write_sequence(values.size, 1, values.tobytes())
+    return out.to_bytes()
 
 
-def path(points: Sequence[tuple[float, float]], at: int) -> bytes:
+def write_path(points: Sequence[tuple[float, float]], at: int) -> bytes:
     """Return a plan's points [m] as a path in ``map``; its poses have no direction of their own, so their yaw is 0."""
-    out = Cdr()
-    out.head(at, IN_MAP)
-    out.put("I", len(points))
+    out = CdrWriter()
+    out.write_header(at, IN_MAP)
+    out.write_numbers("I", len(points))
     for x, y in points:
-        out.head(at, IN_MAP)
-        out.pose(Pose(x, y, 0.0))
-    return out.finish()
+        out.write_header(at, IN_MAP)
+        out.write_pose(Pose(x, y, 0.0))
+    return out.to_bytes()
 
 
-def stamp(ros: Types, at: int) -> Any:  # noqa: ANN401
+def make_stamp(ros: Types, at: int) -> Any:  # noqa: ANN401
     """Return a time [ns] as ROS's."""
     seconds, rest = divmod(at, SECOND)
-    return ros.make("builtin_interfaces/msg/Time", sec=seconds, nanosec=rest)
+    return ros.make_message("builtin_interfaces/msg/Time", sec=seconds, nanosec=rest)
 
 
-def header(ros: Types, frame: str, at: int) -> Any:  # noqa: ANN401
+def make_header(ros: Types, frame: str, at: int) -> Any:  # noqa: ANN401
     """Return a header of a frame and a time [ns]."""
-    return ros.make("std_msgs/msg/Header", stamp=stamp(ros, at), frame_id=frame)
+    return ros.make_message("std_msgs/msg/Header", stamp=make_stamp(ros, at), frame_id=frame)
 
 
-def turned(ros: Types, yaw: float) -> Any:  # noqa: ANN401
+def make_quaternion(ros: Types, yaw: float) -> Any:  # noqa: ANN401
     """Return a turn to the left [rad] as a quaternion."""
-    return ros.make("geometry_msgs/msg/Quaternion", x=0.0, y=0.0, z=sin(yaw / 2), w=cos(yaw / 2))
+    return ros.make_message("geometry_msgs/msg/Quaternion", x=0.0, y=0.0, z=sin(yaw / 2), w=cos(yaw / 2))
 
 
-def posed(ros: Types, pose: Pose) -> Any:  # noqa: ANN401
+def make_pose_message(ros: Types, pose: Pose) -> Any:  # noqa: ANN401
     """Return a pose on the floor."""
-    position = ros.make("geometry_msgs/msg/Point", x=pose.x, y=pose.y, z=0.0)
-    return ros.make("geometry_msgs/msg/Pose", position=position, orientation=turned(ros, pose.yaw))
+    position = ros.make_message("geometry_msgs/msg/Point", x=pose.x, y=pose.y, z=0.0)
+    return ros.make_message("geometry_msgs/msg/Pose", position=position, orientation=make_quaternion(ros, pose.yaw))

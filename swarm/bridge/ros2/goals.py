@@ -16,16 +16,16 @@ FLAT: Final = 0.01  # parts of a quaternion that a robot on a floor does not hav
 FAR: Final = 1e6  # m; no message of the fleet names a place beyond
 
 
-def ordered(ros: Types, payload: bytes, name: str, *, turns: bool = False) -> Order:
+def parse_goal(ros: Types, payload: bytes, name: str, *, turns: bool = False) -> Order:
     """Return the order to drive to a goal, and with ``turns`` to its yaw; it gets a name.
 
     Raises:
         PeerError: the payload is no pose, or one that is not on the floor of the map.
     """
-    return order_to([ros.deserialize(GOAL.type, payload)], name, turns=turns)
+    return build_order([ros.deserialize(GOAL.type, payload)], name, turns=turns)
 
 
-def order_to(poses: Sequence[Any], name: str, *, turns: bool = False) -> Order:
+def build_order(poses: Sequence[Any], name: str, *, turns: bool = False) -> Order:
     """Return the order to drive to poses with headers, one after the other, and with ``turns`` to their yaws.
 
     Raises:
@@ -33,11 +33,11 @@ def order_to(poses: Sequence[Any], name: str, *, turns: bool = False) -> Order:
     """
     if not poses:
         raise PeerError("poses: expected at least one, got none")
-    headings: list[float | None] = [yaw_of(pose) for pose in poses] if turns else []
-    return Order(id=name, targets=[target(pose) for pose in poses], headings=headings)
+    headings: list[float | None] = [parse_yaw(pose) for pose in poses] if turns else []
+    return Order(id=name, targets=[parse_target(pose) for pose in poses], headings=headings)
 
 
-def yaw_of(goal: Any) -> float:  # noqa: ANN401
+def parse_yaw(goal: Any) -> float:  # noqa: ANN401
     """Return the yaw [rad] of a pose with a header: 0 along x, left is positive.
 
     Raises:
@@ -50,7 +50,7 @@ def yaw_of(goal: Any) -> float:  # noqa: ANN401
     return wrap(2.0 * atan2(turn.z, turn.w))
 
 
-def target(goal: Any) -> Point:  # noqa: ANN401
+def parse_target(goal: Any) -> Point:  # noqa: ANN401
     """Return the place [m] of a pose with a header.
 
     Raises:

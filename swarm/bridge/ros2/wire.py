@@ -38,7 +38,7 @@ class EndpointKind(StrEnum):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Node:
+class RosNode:
     """A node of ROS, as its token announces it."""
 
     domain: int
@@ -51,20 +51,22 @@ class Node:
     @property
     def token(self) -> str | None:
         """The key of its liveliness token; None: the dialect has none."""
-        return self._token(self.number, "NN")
+        return self._make_token(self.number, "NN")
 
-    def endpoint(self, number: int, kind: EndpointKind, what: RosTopic | RosService, type_hash: str) -> "RosEndpoint":
+    def make_endpoint(
+        self, number: int, kind: EndpointKind, what: RosTopic | RosService, type_hash: str
+    ) -> "RosEndpoint":
         """Return a publisher, a subscriber or a service of this node; the number is unique in the session."""
         name = f"{self.namespace.rstrip('/')}/{what.name}"
-        kept = f"{dds(what.type)}/{type_hash}"
-        if (token := self._token(number, kind)) is None:
+        kept = f"{dds_type_name(what.type)}/{type_hash}"
+        if (token := self._make_token(number, kind)) is None:
             return RosEndpoint(key=name[1:], token=None)
-        return RosEndpoint(key=f"{self.domain}{name}/{kept}", token=f"{token}/{mangled(name)}/{kept}/{what.qos}")
+        return RosEndpoint(key=f"{self.domain}{name}/{kept}", token=f"{token}/{mangle_name(name)}/{kept}/{what.qos}")
 
-    def _token(self, number: int, kind: str) -> str | None:
+    def _make_token(self, number: int, kind: str) -> str | None:
         if self.dialect is Dialect.ROS2DDS:
             return None
-        place = f"{ENCLAVE}/{mangled(self.namespace)}/{self.name}"
+        place = f"{ENCLAVE}/{mangle_name(self.namespace)}/{self.name}"
         return f"@ros2_lv/{self.domain}/{self.session}/{self.number}/{number}/{kind}/{place}"
 
 
@@ -81,11 +83,11 @@ class RosEndpoint:
         assert self.token is not None, "the other dialect attaches nothing"
         return gid_of(self.token)
 
-    def attached(self, number: int, sent: int) -> bytes | None:
+    def make_attachment(self, number: int, sent: int) -> bytes | None:
         """Return what is attached to a message of it: see ``attachment``; None: nothing."""
-        return None if self.token is None else attachment(number, sent, self.gid)
+        return None if self.token is None else pack_attachment(number, sent, self.gid)
 
-    def answering(self, request: bytes | None, sent: int) -> bytes | None:
+    def make_answer_attachment(self, request: bytes | None, sent: int) -> bytes | None:
         """Return what is attached to the answer to a request: the request's own number and GID; None: nothing.
 
         Raises:
@@ -97,7 +99,7 @@ class RosEndpoint:
             came = "nothing" if request is None else f"{len(request)} bytes"
             raise PeerError(f"expected an attachment of {ATTACHED.size} bytes, as rmw_zenoh's, got {came}")
         number, _, _, gid = ATTACHED.unpack(request)
-        return attachment(number, sent, gid)
+        return pack_attachment(number, sent, gid)
 
 
 @lru_cache(maxsize=4096)
@@ -107,7 +109,7 @@ def gid_of(name: str) -> bytes:
     return digest.to_bytes(GID_LENGTH, "little")
 
 
-def attachment(number: int, sent: int, gid: bytes) -> bytes:
+def pack_attachment(number: int, sent: int, gid: bytes) -> bytes:
     """Return what rmw_zenoh wants attached to a message, 33 bytes; it drops a message without.
 
     A publisher numbers its messages from 1. ``sent`` is ns since 1970.
@@ -115,20 +117,20 @@ def attachment(number: int, sent: int, gid: bytes) -> bytes:
     return ATTACHED.pack(number, sent, GID_LENGTH, gid)
 
 
-def dds(name: str) -> str:
+def dds_type_name(name: str) -> str:
     """Return the DDS name of a type.
 
-    >>> dds("nav_msgs/msg/Odometry")
+    >>> dds_type_name("nav_msgs/msg/Odometry")
     'nav_msgs::msg::dds_::Odometry_'
     """
     package, kind, short = name.split("/")
     return f"{package}::{kind}::dds_::{short}_"
 
 
-def mangled(name: str) -> str:
+def mangle_name(name: str) -> str:
     """Return a name as one part of a key.
 
-    >>> mangled("/r1/odom"), mangled("/")
+    >>> mangle_name("/r1/odom"), mangle_name("/")
     ('%r1%odom', '%')
     """
     return name.replace("/", "%")

@@ -16,7 +16,7 @@ DESCRIPTION: Final = (
 )
 
 
-def factsheet(settings: Settings, every: float, shown_every: float | None) -> dict[str, Any]:
+def build_factsheet(settings: Settings, every: float, shown_every: float | None) -> dict[str, Any]:
     """Return the body of a factsheet; states are sent at least each ``every`` [s], visualizations as often as given."""
     robot = settings.robot
     return {

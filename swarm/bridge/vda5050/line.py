@@ -24,20 +24,20 @@ AGAIN: Final = (1, 8)  # s, between two tries to connect, at first and at most
 MOST: Final = 2000  # items that wait in the inbox; then messages are dropped and counted
 
 
-class Up(NamedTuple):
+class ConnectionUp(NamedTuple):
     """A connection is there, or there again."""
 
     name: str
 
 
-class Down(NamedTuple):
+class ConnectionDown(NamedTuple):
     """A connection is not there: it was refused, or is gone."""
 
     name: str
     why: str
 
 
-class Heard(NamedTuple):
+class MqttMessage(NamedTuple):
     """A message has come on a connection."""
 
     name: str
@@ -59,35 +59,35 @@ class Broker(NamedTuple):
         return f"{self.host}:{self.port}"
 
 
-class Inbox:
+class MqttInbox:
     """What has happened on all connections, in order."""
 
     def __init__(self) -> None:
-        self._queue: SimpleQueue[Up | Down | Heard] = SimpleQueue()
+        self._queue: SimpleQueue[ConnectionUp | ConnectionDown | MqttMessage] = SimpleQueue()
         self._overflowed = 0
 
-    def put(self, item: Up | Down | Heard) -> None:
+    def add_item(self, item: ConnectionUp | ConnectionDown | MqttMessage) -> None:
         """Add an item; drop and count a message if too many items wait. Any thread may call it."""
-        if isinstance(item, Heard) and self._queue.qsize() >= MOST:
+        if isinstance(item, MqttMessage) and self._queue.qsize() >= MOST:
             self._overflowed += 1
         else:
             self._queue.put(item)
 
-    def take(self) -> list[Up | Down | Heard]:
+    def take_items(self) -> list[ConnectionUp | ConnectionDown | MqttMessage]:
         """Return what has come since the last call."""
-        found: list[Up | Down | Heard] = []
+        found: list[ConnectionUp | ConnectionDown | MqttMessage] = []
         with suppress(Empty):
             while len(found) < MOST:
                 found.append(self._queue.get_nowait())
         return found
 
-    def dropped(self) -> int:
+    def count_dropped(self) -> int:
         """Return how many items were dropped since the last call."""
         count, self._overflowed = self._overflowed, 0
         return count
 
 
-def context(authority: Path | None, certificate: Path | None, key: Path | None) -> ssl.SSLContext:
+def build_tls_context(authority: Path | None, certificate: Path | None, key: Path | None) -> ssl.SSLContext:
     """Return the settings of TLS: whom we trust (None: whom this machine trusts), and who we are.
 
     Raises:
@@ -96,31 +96,31 @@ def context(authority: Path | None, certificate: Path | None, key: Path | None) 
     try:
         made = ssl.create_default_context(cafile=authority)
     except (OSError, ssl.SSLError) as fault:
-        raise ConfigError(f"--tls-ca {authority}: expected certificates in PEM, got: {_plain(fault)}") from None
+        raise ConfigError(f"--tls-ca {authority}: expected certificates in PEM, got: {_format_error(fault)}") from None
     if certificate is not None:
         try:
             made.load_cert_chain(certificate, key, password="")
         except (OSError, ssl.SSLError) as fault:
             what = f"--tls-cert {certificate} --tls-key {key}"
             raise ConfigError(
-                f"{what}: expected a certificate and its key in PEM, without a passphrase, got: {_plain(fault)}"
+                f"{what}: expected a certificate and its key in PEM, without a passphrase, got: {_format_error(fault)}"
             ) from None
     return made
 
 
-class Line:
+class MqttConnection:
     """One connection, made in the background; ``end`` closes it."""
 
     def __init__(
         self,
         broker: Broker,
         name: str,
-        inbox: Inbox,
+        inbox: MqttInbox,
         hears: tuple[str, ...] = (),
         will: tuple[str, bytes] | None = None,
     ) -> None:
         self._name, self._inbox, self._hears = name, inbox, hears
-        self._client = _client(broker)
+        self._client = _make_client(broker)
         self._client.reconnect_delay_set(*AGAIN)
         if will is not None:
             self._client.will_set(*will, qos=1, retain=True)
@@ -131,11 +131,11 @@ class Line:
         self._client.connect_async(broker.host, broker.port, KEEP_ALIVE)
         self._client.loop_start()
 
-    def say(self, topic: str, payload: bytes, *, sure: bool = False, kept: bool = False) -> None:
+    def publish_message(self, topic: str, payload: bytes, *, sure: bool = False, kept: bool = False) -> None:
         """Publish a message: at most once, or at least once if it must be ``sure``; the broker keeps it if asked."""
         self._client.publish(topic, payload, qos=1 if sure else 0, retain=kept)
 
-    def take_leave(self, topic: str, payload: bytes) -> Callable[[float], None]:
+    def publish_farewell(self, topic: str, payload: bytes) -> Callable[[float], None]:
         """Say a last message that the broker keeps; return what waits so long [s] until it is said."""
         last = self._client.publish(topic, payload, qos=1, retain=True)
 
@@ -155,25 +155,25 @@ class Line:
 
     def _on_connect(self, client: paho.Client, _: Any, __: Any, code: Any, ___: Any) -> None:  # noqa: ANN401, paho's
         if code.is_failure:
-            self._inbox.put(Down(self._name, f"refused: {code}"))
+            self._inbox.add_item(ConnectionDown(self._name, f"refused: {code}"))
             return
         for topic in self._hears:
             client.subscribe(topic, 0)
-        self._inbox.put(Up(self._name))
+        self._inbox.add_item(ConnectionUp(self._name))
 
     def _on_connect_fail(self, *_: object) -> None:
-        self._inbox.put(Down(self._name, "no connection"))
+        self._inbox.add_item(ConnectionDown(self._name, "no connection"))
 
     def _on_disconnect(self, _: Any, __: Any, ___: Any, code: Any, ____: Any) -> None:  # noqa: ANN401, paho's
-        self._inbox.put(Down(self._name, str(code)))
+        self._inbox.add_item(ConnectionDown(self._name, str(code)))
 
     def _on_message(self, _: Any, __: Any, message: paho.MQTTMessage) -> None:  # noqa: ANN401, paho's
-        self._inbox.put(Heard(self._name, message.topic, bytes(message.payload)))
+        self._inbox.add_item(MqttMessage(self._name, message.topic, bytes(message.payload)))
 
 
-def end(farewells: Iterable[tuple[Line, str, bytes]]) -> None:
+def close_connections(farewells: Iterable[tuple[MqttConnection, str, bytes]]) -> None:
     """Say a last message on each connection (topic, payload), and close all; no broker that is stuck is waited for."""
-    said = [(line, line.take_leave(topic, payload)) for line, topic, payload in farewells]
+    said = [(line, line.publish_farewell(topic, payload)) for line, topic, payload in farewells]
     until = monotonic() + FAREWELL
     for _, wait in said:
         wait(max(0.0, until - monotonic()))
@@ -183,13 +183,13 @@ def end(farewells: Iterable[tuple[Line, str, bytes]]) -> None:
         line.join()
 
 
-def check(broker: Broker) -> None:
+def check_broker(broker: Broker) -> None:
     """Connect once, and close again.
 
     Raises:
         ConfigError: there is no broker, it cannot be trusted, or it refuses us.
     """
-    client = _client(broker)
+    client = _make_client(broker)
     told: SimpleQueue[Any] = SimpleQueue()
     client.on_connect = lambda _, __, ___, code, ____: told.put(code)
     client.on_disconnect = lambda _, __, ___, code, ____: told.put(code)
@@ -198,7 +198,7 @@ def check(broker: Broker) -> None:
         client.connect(broker.host, broker.port, KEEP_ALIVE)
     except (OSError, ValueError) as fault:  # ssl.SSLError is an OSError
         advice = "see --tls-ca" if isinstance(fault, ssl.SSLError) else "start it, or name another one"
-        raise ConfigError(f"{expected}, got: {_plain(fault)}; {advice}") from None
+        raise ConfigError(f"{expected}, got: {_format_error(fault)}; {advice}") from None
     client.loop_start()
     try:
         code = told.get(timeout=PATIENCE)
@@ -213,7 +213,7 @@ def check(broker: Broker) -> None:
         raise ConfigError(f"{expected} that lets us in, got: {code}; see --user, --password-file and --tls-ca")
 
 
-def _client(broker: Broker) -> paho.Client:
+def _make_client(broker: Broker) -> paho.Client:
     client = paho.Client(CallbackAPIVersion.VERSION2)
     client.connect_timeout = PATIENCE
     if broker.user is not None:
@@ -223,7 +223,7 @@ def _client(broker: Broker) -> paho.Client:
     return client
 
 
-def _plain(fault: Exception) -> str:
+def _format_error(fault: Exception) -> str:
     """Return what went wrong, without numbers of system calls and of lines in C."""
     if isinstance(fault, ssl.SSLCertVerificationError):
         return fault.verify_message

@@ -11,7 +11,7 @@ from typing import Annotated, Any, Final, Literal, TypeVar
 from msgspec import DecodeError, Meta, Struct, field, json
 
 from swarm.errors import PeerError
-from swarm.messages.faults import explained
+from swarm.messages.faults import explain_fault
 
 VERSION: Final = "2.1.0"
 MAJOR: Final = "v2"  # in each topic
@@ -29,11 +29,11 @@ Radius = Annotated[float, Meta(ge=0, le=1e6)]
 Angle = Annotated[float, Meta(ge=-pi - 1e-6, le=pi + 1e-6)]
 
 
-class Said(Struct, frozen=True, kw_only=True, rename="camel", omit_defaults=True):
+class VdaStruct(Struct, frozen=True, kw_only=True, rename="camel", omit_defaults=True):
     """Base of all: fields are in camel case on the wire; optional ones that have no value are left out."""
 
 
-class Header(Said, frozen=True, kw_only=True):
+class Header(VdaStruct, frozen=True, kw_only=True):
     """The first fields of each message."""
 
     header_id: Whole  # counts the messages of one topic
@@ -46,7 +46,7 @@ class Header(Said, frozen=True, kw_only=True):
 # --- what a master says ---
 
 
-class Action(Said, frozen=True, kw_only=True):
+class Action(VdaStruct, frozen=True, kw_only=True):
     """Something to do beside driving."""
 
     action_type: GivenName
@@ -54,7 +54,7 @@ class Action(Said, frozen=True, kw_only=True):
     blocking_type: Literal["NONE", "SOFT", "HARD"]
 
 
-class NodePosition(Said, frozen=True, kw_only=True):
+class NodePosition(VdaStruct, frozen=True, kw_only=True):
     """Where a node is."""
 
     x: Metres
@@ -65,7 +65,7 @@ class NodePosition(Said, frozen=True, kw_only=True):
     allowed_deviation_theta: Angle | None = None
 
 
-class Part(Said, frozen=True, kw_only=True):
+class OrderPart(VdaStruct, frozen=True, kw_only=True):
     """A node or an edge of an order. The released ones are its base, those after them its horizon."""
 
     sequence_id: Whole
@@ -73,14 +73,14 @@ class Part(Said, frozen=True, kw_only=True):
     actions: Annotated[list[Action], Meta(max_length=MOST_ACTIONS)]
 
 
-class Node(Part, frozen=True, kw_only=True):
+class Node(OrderPart, frozen=True, kw_only=True):
     """A place of an order."""
 
     node_id: GivenName
     node_position: NodePosition | None = None
 
 
-class Edge(Part, frozen=True, kw_only=True):
+class Edge(OrderPart, frozen=True, kw_only=True):
     """What joins two nodes."""
 
     edge_id: GivenName
@@ -114,14 +114,14 @@ class InstantActions(Header, frozen=True, kw_only=True):
 # --- what a vehicle says, behind a header ---
 
 
-class Reference(Said, frozen=True, kw_only=True):
+class Reference(VdaStruct, frozen=True, kw_only=True):
     """What an error or an information is about."""
 
     reference_key: str
     reference_value: str
 
 
-class Error(Said, frozen=True, kw_only=True):
+class Error(VdaStruct, frozen=True, kw_only=True):
     """Why something is not done."""
 
     error_type: str
@@ -130,7 +130,7 @@ class Error(Said, frozen=True, kw_only=True):
     error_description: str = ""
 
 
-class Info(Said, frozen=True, kw_only=True):
+class Info(VdaStruct, frozen=True, kw_only=True):
     """Something to read; no program may depend on it."""
 
     info_type: str
@@ -138,7 +138,7 @@ class Info(Said, frozen=True, kw_only=True):
     info_description: str = ""
 
 
-class NodeState(Said, frozen=True, kw_only=True):
+class NodeState(VdaStruct, frozen=True, kw_only=True):
     """A node that is still ahead."""
 
     node_id: str
@@ -146,7 +146,7 @@ class NodeState(Said, frozen=True, kw_only=True):
     released: bool
 
 
-class EdgeState(Said, frozen=True, kw_only=True):
+class EdgeState(VdaStruct, frozen=True, kw_only=True):
     """An edge that is still ahead."""
 
     edge_id: str
@@ -154,7 +154,7 @@ class EdgeState(Said, frozen=True, kw_only=True):
     released: bool
 
 
-class ActionState(Said, frozen=True, kw_only=True):
+class ActionState(VdaStruct, frozen=True, kw_only=True):
     """How far an action is."""
 
     action_id: str
@@ -163,7 +163,7 @@ class ActionState(Said, frozen=True, kw_only=True):
     result_description: str = ""
 
 
-class AgvPosition(Said, frozen=True, kw_only=True):
+class AgvPosition(VdaStruct, frozen=True, kw_only=True):
     """Where a vehicle is."""
 
     x: float
@@ -173,7 +173,7 @@ class AgvPosition(Said, frozen=True, kw_only=True):
     position_initialized: bool
 
 
-class Velocity(Said, frozen=True, kw_only=True):
+class Velocity(VdaStruct, frozen=True, kw_only=True):
     """How fast it is, in its own frame."""
 
     vx: float
@@ -181,21 +181,21 @@ class Velocity(Said, frozen=True, kw_only=True):
     omega: float
 
 
-class BatteryState(Said, frozen=True, kw_only=True):
+class BatteryState(VdaStruct, frozen=True, kw_only=True):
     """Our robots have no battery that runs down."""
 
     battery_charge: float  # percent
     charging: bool
 
 
-class SafetyState(Said, frozen=True, kw_only=True):
+class SafetyState(VdaStruct, frozen=True, kw_only=True):
     """Our robots have no emergency stop and no protective field."""
 
     e_stop: Literal["NONE"]
     field_violation: bool
 
 
-class MapState(Said, frozen=True, kw_only=True):
+class MapState(VdaStruct, frozen=True, kw_only=True):
     """A map that a vehicle has."""
 
     map_id: str
@@ -203,7 +203,7 @@ class MapState(Said, frozen=True, kw_only=True):
     map_status: Literal["ENABLED"]
 
 
-class State(Said, frozen=True, kw_only=True):
+class State(VdaStruct, frozen=True, kw_only=True):
     """All that a master has to know of a vehicle."""
 
     order_id: str
@@ -228,26 +228,26 @@ class State(Said, frozen=True, kw_only=True):
     distance_since_last_node: float | None = None
 
 
-class Visualization(Said, frozen=True, kw_only=True):
+class Visualization(VdaStruct, frozen=True, kw_only=True):
     """Where a vehicle is, for drawings."""
 
     agv_position: AgvPosition
     velocity: Velocity
 
 
-class Connection(Said, frozen=True, kw_only=True):
+class Connection(VdaStruct, frozen=True, kw_only=True):
     """Whether a vehicle can be spoken to."""
 
     connection_state: Literal["ONLINE", "OFFLINE", "CONNECTIONBROKEN"]
 
 
-Body = Said | dict[str, Any]
+Body = VdaStruct | dict[str, Any]
 Heard = TypeVar("Heard", Order, InstantActions)
 DECODERS: Final[dict[type[Any], json.Decoder[Any]]] = {kind: json.Decoder(kind) for kind in (Order, InstantActions)}
 ENCODER: Final = json.Encoder()
 
 
-def decoded(payload: bytes, kind: type[Heard]) -> Heard:
+def decode_message(payload: bytes, kind: type[Heard]) -> Heard:
     """Return a checked message of a master.
 
     Raises:
@@ -258,20 +258,20 @@ def decoded(payload: bytes, kind: type[Heard]) -> Heard:
     try:
         message: Heard = DECODERS[kind].decode(payload)
     except (DecodeError, RecursionError, UnicodeDecodeError) as fault:
-        raise PeerError(_reason(payload, fault)) from None
+        raise PeerError(_explain_decode_fault(payload, fault)) from None
     if not message.version.startswith("2."):
         raise PeerError(f"version: expected 2.x, got {message.version[:20]!r}")
     return message
 
 
-def _reason(payload: bytes, fault: Exception) -> str:
+def _explain_decode_fault(payload: bytes, fault: Exception) -> str:
     try:
-        return str(explained(str(fault), json.decode(payload)))
+        return str(explain_fault(str(fault), json.decode(payload)))
     except (DecodeError, RecursionError, UnicodeDecodeError) as broken:
         return f"expected JSON, got {payload[:16]!r} ({broken})"
 
 
-class Names(Said, frozen=True, kw_only=True):
+class RefusedNames(VdaStruct, frozen=True, kw_only=True):
     """What a message that is refused may say of itself, of any type."""
 
     header_id: Any = None
@@ -279,33 +279,33 @@ class Names(Said, frozen=True, kw_only=True):
     order_update_id: Any = None
 
 
-def references(payload: bytes) -> tuple[Reference, ...]:
+def find_references(payload: bytes) -> tuple[Reference, ...]:
     """Return what a message that is refused says of itself, as far as it can be read."""
     if len(payload) > LIMIT:
         return ()
     try:
-        names = json.decode(payload, type=Names)
+        names = json.decode(payload, type=RefusedNames)
     except (DecodeError, RecursionError, UnicodeDecodeError):
         return ()
     said = {"headerId": names.header_id, "orderId": names.order_id, "orderUpdateId": names.order_update_id}
-    return tuple(referring(key, value) for key, value in said.items() if isinstance(value, (str, int)))
+    return tuple(make_reference(key, value) for key, value in said.items() if isinstance(value, (str, int)))
 
 
-def referring(key: str, value: object) -> Reference:
+def make_reference(key: str, value: object) -> Reference:
     """Return a reference to one value, cut to the length of an id."""
     return Reference(reference_key=key, reference_value=str(value)[:MOST_ID])
 
 
-def encoded(header: Header, body: Body) -> bytes:
+def encode_message(header: Header, body: Body) -> bytes:
     """Return a vehicle's message as JSON: the fields of the header, then those of the body."""
     return ENCODER.encode(header)[:-1] + b"," + ENCODER.encode(body)[1:]
 
 
-def stamped(at: datetime) -> str:
+def format_time(at: datetime) -> str:
     """Return a time in UTC as the standard writes it, in milliseconds.
 
     >>> from datetime import UTC
-    >>> stamped(datetime(2026, 1, 2, 3, 4, 5, 678_900, tzinfo=UTC))
+    >>> format_time(datetime(2026, 1, 2, 3, 4, 5, 678_900, tzinfo=UTC))
     '2026-01-02T03:04:05.678Z'
     """
     return f"{at:%Y-%m-%dT%H:%M:%S}.{at.microsecond // 1000:03d}Z"

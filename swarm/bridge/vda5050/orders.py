@@ -15,22 +15,22 @@ ORDER: Final = "orderError"
 UPDATE: Final = "orderUpdateError"
 
 
-class Place(NamedTuple):
+class OrderNode(NamedTuple):
     """A node of an order."""
 
     node_id: str
     sequence_id: int
 
 
-NOWHERE: Final = Place("", 0)  # the standard's words for no node
+NOWHERE: Final = OrderNode("", 0)  # the standard's words for no node
 
 
-class Ahead(NamedTuple):
+class VehicleOrder(NamedTuple):
     """The order that a vehicle has or had last, and what is ahead of it."""
 
     order_id: str = ""
     update: int = 0
-    last: Place = NOWHERE  # the last node that it has traversed
+    last: OrderNode = NOWHERE  # the last node that it has traversed
     nodes: tuple[vda.Node, ...] = ()
     edges: tuple[vda.Edge, ...] = ()
     ignored: tuple[str, ...] = ()  # fields of the order that the vehicle does not heed
@@ -40,20 +40,20 @@ class Ahead(NamedTuple):
         """The nodes that it may drive to."""
         return tuple(node for node in self.nodes if node.released)
 
-    def at(self, node: vda.Node) -> "Ahead":
+    def ahead_after(self, node: vda.Node) -> "VehicleOrder":
         """Return what is ahead when a node was traversed."""
         return self._replace(
-            last=place_of(node),
+            last=to_order_node(node),
             nodes=tuple(one for one in self.nodes if one.sequence_id > node.sequence_id),
             edges=tuple(one for one in self.edges if one.sequence_id > node.sequence_id),
         )
 
-    def dropped(self) -> "Ahead":
+    def without_nodes(self) -> "VehicleOrder":
         """Return the same order with nothing ahead."""
         return self._replace(nodes=(), edges=())
 
 
-class Floor(NamedTuple):
+class VehiclePosition(NamedTuple):
     """Where a vehicle is and how it drives."""
 
     pose: Pose
@@ -61,84 +61,86 @@ class Floor(NamedTuple):
     reach: float  # m; a node counts as reached within this distance
 
 
-def judged(order: vda.Order, now: Ahead, floor: Floor) -> Ahead | vda.Error | None:
+def judge_order(order: vda.Order, now: VehicleOrder, floor: VehiclePosition) -> VehicleOrder | vda.Error | None:
     """Return what is ahead if the vehicle takes the order, why it does not, or None for an update that it has."""
-    for kind, faults in ((VALIDATION, _malformed(order)), (ORDER, _unusable(order, floor.map_id))):  # 1
+    for kind, faults in ((VALIDATION, _find_malformed(order)), (ORDER, _find_unsupported(order, floor.map_id))):  # 1
         if (fault := next(faults, None)) is not None:
-            return refused(kind, order, *fault)
+            return make_order_error(kind, order, *fault)
     first = order.nodes[0]
     if order.order_id != now.order_id:  # 2
         if now.nodes:  # 3
             text = f"expected no new order before order {now.order_id} is done, got {order.order_id}; cancel that one"
-            return refused(ORDER, order, text)
-        return _begun(order, first, now, floor)
+            return make_order_error(ORDER, order, text)
+        return _ahead_of_new_order(order, first, now, floor)
     if order.order_update_id < now.update:  # 5
         text = f"orderUpdateId: expected more than {now.update}, got {order.order_update_id}; this update is void"
-        return refused(UPDATE, order, text)
+        return make_order_error(UPDATE, order, text)
     if order.order_update_id == now.update:  # 6
         return None
-    end = place_of(now.base[-1]) if now.base else now.last
-    if place_of(first) != end:  # 7, 8
-        got = _name(place_of(first))
-        text = f"nodes[0]: expected {_name(end)}, where the base of order {now.order_id} ends, got {got}"
-        return refused(UPDATE, order, text, ("nodeId", first.node_id))
+    end = to_order_node(now.base[-1]) if now.base else now.last
+    if to_order_node(first) != end:  # 7, 8
+        got = _format_node(to_order_node(first))
+        text = f"nodes[0]: expected {_format_node(end)}, where the base of order {now.order_id} ends, got {got}"
+        return make_order_error(UPDATE, order, text, ("nodeId", first.node_id))
     return now._replace(
         update=order.order_update_id,
         nodes=(*now.base, *order.nodes[1:]),
         edges=(*(edge for edge in now.edges if edge.released), *order.edges),
-        ignored=_ignored(order, floor.reach),
+        ignored=_ignored_fields(order, floor.reach),
     )
 
 
-def _begun(order: vda.Order, first: vda.Node, now: Ahead, floor: Floor) -> Ahead | vda.Error:
+def _ahead_of_new_order(
+    order: vda.Order, first: vda.Node, now: VehicleOrder, floor: VehiclePosition
+) -> VehicleOrder | vda.Error:
     """Return what is ahead of a vehicle that begins a new order: it has to begin where the vehicle stands."""
     at = first.node_position
     assert at is not None, "checked before"
-    taken = Ahead(
+    taken = VehicleOrder(
         order_id=order.order_id,
         update=order.order_update_id,
         last=now.last,
         nodes=tuple(order.nodes),
         edges=tuple(order.edges),
-        ignored=_ignored(order, floor.reach),
+        ignored=_ignored_fields(order, floor.reach),
     )
     away = distance(floor.pose, (at.x, at.y))
     within = max(at.allowed_deviation or 0.0, floor.reach)
     if away <= within:
-        return taken.at(first)
+        return taken.ahead_after(first)
     if first.node_id == now.last.node_id:  # it left that node, in an order that was cancelled: it drives back
         return taken
     text = (  # 4
         f"nodes[0] {first.node_id} at ({at.x:g}, {at.y:g}): expected within {within:g} m of the vehicle, which is "
         f"{away:.2f} m away at ({floor.pose.x:.2f}, {floor.pose.y:.2f}), or its last node; begin where it stands"
     )
-    return refused(ORDER, order, text, ("nodeId", first.node_id))
+    return make_order_error(ORDER, order, text, ("nodeId", first.node_id))
 
 
-def refused(kind: str, order: vda.Order, text: str, *about: tuple[str, object]) -> vda.Error:
+def make_order_error(kind: str, order: vda.Order, text: str, *about: tuple[str, object]) -> vda.Error:
     """Return the error that says why an order is not taken, or is not carried out any more."""
     named = (("headerId", order.header_id), ("orderId", order.order_id), ("orderUpdateId", order.order_update_id))
     return vda.Error(
         error_type=kind,
         error_level="WARNING",
-        error_references=tuple(vda.referring(key, value) for key, value in (*named, *about)),
+        error_references=tuple(vda.make_reference(key, value) for key, value in (*named, *about)),
         error_description=text,
     )
 
 
-def place_of(node: vda.Node) -> Place:
+def to_order_node(node: vda.Node) -> OrderNode:
     """Return a node's name and number."""
-    return Place(node.node_id, node.sequence_id)
+    return OrderNode(node.node_id, node.sequence_id)
 
 
-def _name(place: Place) -> str:
+def _format_node(place: OrderNode) -> str:
     return f"{place.node_id!r} with sequenceId {place.sequence_id}"
 
 
 Fault = tuple[str, *tuple[tuple[str, object], ...]]  # a sentence, and what it is about
 
 
-def _malformed(order: vda.Order) -> Iterator[Fault]:
+def _find_malformed(order: vda.Order) -> Iterator[Fault]:
     """Yield what no order of the standard may have: nodes and edges in turn, the base before the horizon."""
     nodes, edges = order.nodes, order.edges
     if len(edges) != len(nodes) - 1:
@@ -158,14 +160,14 @@ def _malformed(order: vda.Order) -> Iterator[Fault]:
             yield f"edges[{index}]: expected all of the base before all of the horizon", about
 
 
-def _unusable(order: vda.Order, map_id: str) -> Iterator[Fault]:
+def _find_unsupported(order: vda.Order, map_id: str) -> Iterator[Fault]:
     """Yield what a robot of this fleet cannot do."""
     if order.zone_set_id:
         yield (
             f"zoneSetId: expected none, got {order.zone_set_id!r}; this vehicle has no zones",
             ("zoneSetId", order.zone_set_id),
         )
-    parts: Sequence[vda.Part]
+    parts: Sequence[vda.OrderPart]
     for kind, parts in (("nodes", order.nodes), ("edges", order.edges)):
         for index, part in enumerate(parts):
             for action in part.actions:
@@ -182,7 +184,7 @@ def _unusable(order: vda.Order, map_id: str) -> Iterator[Fault]:
             yield said, ("nodeId", node.node_id), ("mapId", node.node_position.map_id)
 
 
-def _ignored(order: vda.Order, reach: float) -> tuple[str, ...]:
+def _ignored_fields(order: vda.Order, reach: float) -> tuple[str, ...]:
     """Return the fields of an order that a robot does not heed: it plans its own way, at its own speed."""
     positions = [node.node_position for node in order.nodes[1:] if node.node_position is not None]
     found = {

@@ -13,7 +13,7 @@ JUMP: Final = 1.0  # m between two messages of the world: it was put somewhere e
 STOPS: Final = (RobotDo.STOP, RobotDo.GO_ON)  # requests, and kinds of the events that tell them
 
 
-class Robot:
+class VehicleRobot:
     """Where a robot is, and how it is."""
 
     def __init__(self, name: str, map_id: str, track_width: float) -> None:
@@ -45,31 +45,31 @@ class Robot:
         seen = clock.presence.get(self.name)
         self._phase, self._heard = clock.phase, Liveness.ALIVE if seen is None else seen.liveness
 
-    def told_to(self, do: str) -> None:
+    def take_stop_or_go(self, do: str) -> None:
         """Take in that it was told to stop or to go on."""
         self._stopped = do == RobotDo.STOP
 
-    def put_back(self) -> None:
+    def reset_to_start(self) -> None:
         """Take in that the run was started again: it is at its start."""
         self.travelled, self._stopped, self._waits = 0.0, False, []
 
     @property
-    def lost(self) -> bool:
+    def is_lost(self) -> bool:
         """True if its process has been away for too long."""
         return self._heard is Liveness.LOST
 
     @property
-    def _goes(self) -> bool:
+    def _is_clock_running(self) -> bool:
         """True if the run's clock goes: one that stands, or a fleet without a world, moves nobody."""
         return self._phase is Phase.RUNNING and not self.alone
 
     @property
-    def driving(self) -> bool:
+    def is_driving(self) -> bool:
         """True if it moves."""
-        return self._goes and max(abs(self._twist.linear), abs(self._twist.angular)) > STILL
+        return self._is_clock_running and max(abs(self._twist.linear), abs(self._twist.angular)) > STILL
 
     @property
-    def paused(self) -> bool:
+    def is_paused(self) -> bool:
         """True if it, or the whole run, was told to stop."""
         return self._phase is Phase.PAUSED or bool(self._stopped)
 
@@ -86,11 +86,11 @@ class Robot:
     @property
     def velocity(self) -> vda.Velocity:
         """How fast it is."""
-        linear, angular = self._twist if self._goes else (0.0, 0.0)
+        linear, angular = self._twist if self._is_clock_running else (0.0, 0.0)
         return vda.Velocity(vx=round(linear, 4), vy=0.0, omega=round(angular, 4))
 
     @property
-    def waits(self) -> Iterable[vda.Info]:
+    def wait_infos(self) -> Iterable[vda.Info]:
         """For whom it waits, to read."""
         if self._waits:
             text = f"waits for {', '.join(self._waits)}"

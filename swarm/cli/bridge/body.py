@@ -5,8 +5,8 @@ import re
 from functools import partial
 from math import isfinite
 
-from swarm.cli.finding import place
-from swarm.cli.parsing import DEFAULT_PLACE, Parser, endpoint, within
+from swarm.cli.argument_parser import DEFAULT_PLACE, Parser, endpoint, parse_number_within
+from swarm.cli.fleet_lookup import find_fleet
 from swarm.errors import ConfigError
 
 TOPICS = ("odom", "pose", "scan", "cmd", "estop")
@@ -47,11 +47,11 @@ def check(options: argparse.Namespace) -> None:
 
 def body(options: argparse.Namespace) -> int:
     """Drive a robot of ROS as a body, or measure it."""
-    from swarm.bridge.body.body import Setting
+    from swarm.bridge.body.body import BodyOptions
     from swarm.geometry import Pose
 
     name = options.body
-    setting = Setting(
+    setting = BodyOptions(
         robot=name,
         odometry=None if options.odom == "none" else options.odom or f"/{name}/odom",
         localisation=options.pose,
@@ -70,12 +70,12 @@ def body(options: argparse.Namespace) -> int:
         return measure(ros, options.domain, options.distro, setting, options.square, options.speed)
     from swarm.bridge.body.process import run
 
-    router, fleet = place(options, name)
+    router, fleet = find_fleet(options, name)
     ros = router if options.ros is None else endpoint(options.ros, None, name)
     return run(router, fleet, ros, options.domain, options.distro, setting)
 
 
-def of_a_body(parser: Parser) -> None:
+def add_body_options(parser: Parser) -> None:
     """Add the options of a body."""
     group = parser.add_argument_group("a robot of ROS as a body of the fleet", "see docs/body.md")
     add = group.add_argument
@@ -83,7 +83,7 @@ def of_a_body(parser: Parser) -> None:
     add("--odom", metavar="T", help="nav_msgs/Odometry of the robot; /ROBOT/odom by default; none: --pose is enough")
     add("--pose", metavar="T", help="where it is in the map, geometry_msgs/PoseWithCovarianceStamped, as of AMCL")
     add("--scan", metavar="T", help="sensor_msgs/LaserScan; by default the world casts the robot's rays")
-    add("--scan-at", metavar="X,Y,YAW", type=_mounted, help="m, rad; the scanner's pose on it")
+    add("--scan-at", metavar="X,Y,YAW", type=_parse_mounting, help="m, rad; the scanner's pose on it")
     add("--scan-zero-is-far", action="store_true", help="the scanner writes 0 where nothing is in reach")
     add("--cmd", metavar="T", help="geometry_msgs/Twist for the robot; /ROBOT/cmd_vel by default")
     add("--stamped", action="store_true", help="--cmd is geometry_msgs/TwistStamped")
@@ -95,7 +95,7 @@ def of_a_body(parser: Parser) -> None:
     add("--speed", metavar="V", type=partial(_number, "--speed", 0.02, 4.0), default=0.2, help="m/s in the square; 0.2")
 
 
-def _mounted(text: str) -> tuple[float, ...]:
+def _parse_mounting(text: str) -> tuple[float, ...]:
     try:
         values = tuple(float(part) for part in text.split(","))
     except ValueError:
@@ -106,4 +106,4 @@ def _mounted(text: str) -> tuple[float, ...]:
 
 
 def _number(name: str, least: float, most: float, text: str) -> float:
-    return within(least, most, text, f"{name}: expected {least:g} to {most:g}")
+    return parse_number_within(least, most, text, f"{name}: expected {least:g} to {most:g}")

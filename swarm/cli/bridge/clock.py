@@ -2,7 +2,7 @@
 
 from typing import Final
 
-from swarm.cli.parsing import Parser
+from swarm.cli.argument_parser import Parser
 
 CLOCKS: Final = ("run", "wall")
 

@@ -2,8 +2,8 @@
 
 from typing import Final
 
+from swarm.cli.argument_parser import Commands, Parser
 from swarm.cli.bridge import foxglove, ros2, vda5050
-from swarm.cli.parsing import Commands, Parser
 
 OTHERS: Final = (ros2, foxglove, vda5050)
 

@@ -3,11 +3,11 @@
 import argparse
 from pathlib import Path
 
+from swarm.cli.argument_parser import Commands, Parser
 from swarm.cli.bridge import clock
-from swarm.cli.finding import of_a_client, place
-from swarm.cli.parsing import Commands, Parser
+from swarm.cli.fleet_lookup import add_client_options, find_fleet
 from swarm.errors import ConfigError
-from swarm.installed import without
+from swarm.installation import hint_for_extra
 from swarm.secure.names import BRIDGE, WATCHER
 
 HOST = "127.0.0.1"
@@ -18,14 +18,14 @@ def bridge(options: argparse.Namespace) -> int:
     """Show a fleet to Foxglove until its run is over or we are told to stop."""
     if not 0 <= options.port <= 65535:
         raise ConfigError(f"--port: expected 0 (a free one) to 65535, got {options.port}")
-    if (lacks := without("foxglove")) is not None:
+    if (lacks := hint_for_extra("foxglove")) is not None:
         raise ConfigError(f"bridge foxglove: {lacks}")
     from swarm.bridge.foxglove.process import run
     from swarm.bus import Endpoint
 
-    router, fleet = place(options, WATCHER if options.read_only else BRIDGE)
+    router, fleet = find_fleet(options, WATCHER if options.read_only else BRIDGE)
     serve = Endpoint(options.bind, options.port)
-    if not serve.local:
+    if not serve.is_local:
         steers = "" if options.read_only else " and can steer it"
         print(f"foxglove: {options.bind} is open: anybody who reaches it sees the fleet{steers}", flush=True)
     return run(
@@ -42,7 +42,7 @@ def add(commands: "Commands[Parser]") -> None:
     """Add this command below `swarm bridge`."""
     said = "show a running fleet in Foxglove and Lichtblick, and take goals from there"
     one = commands.add_parser("foxglove", help=said, description=f"{said}; see docs/foxglove.md")
-    of_a_client(one)
+    add_client_options(one)
     one.add_argument("--port", type=int, default=PORT, metavar="N", help=f"{PORT} by default; 0 picks a free one")
     text = "address to serve at; only this machine by default, 0.0.0.0: all that reach it, who can steer the fleet then"
     one.add_argument("--bind", default=HOST, metavar="HOST", help=text)

@@ -2,12 +2,12 @@
 
 import argparse
 
+from swarm.cli.argument_parser import Commands, Parser, endpoint
 from swarm.cli.bridge import clock
-from swarm.cli.bridge.body import body, check, of_a_body
-from swarm.cli.finding import of_a_client, place
-from swarm.cli.parsing import Commands, Parser, endpoint
+from swarm.cli.bridge.body import add_body_options, body, check
+from swarm.cli.fleet_lookup import add_client_options, find_fleet
 from swarm.errors import ConfigError
-from swarm.installed import without
+from swarm.installation import hint_for_extra
 from swarm.secure.names import BRIDGE
 
 DISTROS = ("jazzy", "kilted", "lyrical")
@@ -23,14 +23,14 @@ def bridge(options: argparse.Namespace) -> int:
             "--secure: expected --ros ENDPOINT too, got none: the router of a fleet with keys serves no others; "
             "name the router of ROS"
         )
-    if (lacks := without("ros2")) is not None:
+    if (lacks := hint_for_extra("ros2")) is not None:
         raise ConfigError(f"bridge ros2: {lacks}")
     if options.body is not None:
         return body(options)
     from swarm.bridge.ros2.process import run
     from swarm.bridge.ros2.wire import Dialect
 
-    router, fleet = place(options, BRIDGE)
+    router, fleet = find_fleet(options, BRIDGE)
     ros = router if options.ros is None else endpoint(options.ros, None, BRIDGE)
     return run(
         router, fleet, ros, options.domain, options.distro, dialect=Dialect(options.dialect),
@@ -53,7 +53,7 @@ def add(commands: "Commands[Parser]") -> None:
     """Add this command below `swarm bridge`."""
     said = "show a running fleet to ROS 2 over Zenoh, and take goals from it"
     one = commands.add_parser("ros2", help=said, description=f"{said}; see docs/ros2.md")
-    of_a_client(one)
+    add_client_options(one)
     text = "router of ROS, tcp/HOST:PORT; by default the fleet's"
     one.add_argument("--ros", metavar="ENDPOINT", help=text)
     one.add_argument("--domain", type=domain, default=0, metavar="N", help="ROS_DOMAIN_ID; 0 by default")
@@ -65,7 +65,7 @@ def add(commands: "Commands[Parser]") -> None:
     clock.add(one)
     text = "a robot turns to the yaw of a goal, within 0.1 rad, before the goal counts; else it stands as it came"
     one.add_argument("--final-turn", action="store_true", help=text)
-    of_a_body(one)
+    add_body_options(one)
     text = "a robot of the fleet that is not shown, since ROS has it already: see --body; may be repeated"
     one.add_argument("--without", action="append", default=[], metavar="ROBOT", help=text)
     one.set_defaults(command=bridge)

@@ -5,10 +5,10 @@ import re
 from pathlib import Path
 from typing import Final
 
-from swarm.cli.finding import of_a_client, place
-from swarm.cli.parsing import Commands, Parser
+from swarm.cli.argument_parser import Commands, Parser
+from swarm.cli.fleet_lookup import add_client_options, find_fleet
 from swarm.errors import ConfigError
-from swarm.installed import without
+from swarm.installation import hint_for_extra
 from swarm.secure.names import BRIDGE
 
 BROKER: Final = "127.0.0.1:1883"
@@ -21,22 +21,22 @@ RATES: Final = (1.0, 5.0)  # Hz
 
 def bridge(options: argparse.Namespace) -> int:
     """Show a fleet to master controls until its run is over or we are told to stop."""
-    if (lacks := without("vda5050")) is not None:
+    if (lacks := hint_for_extra("vda5050")) is not None:
         raise ConfigError(f"bridge vda5050: {lacks}")
-    from swarm.bridge.vda5050.line import Broker, context
-    from swarm.bridge.vda5050.process import Names, run
+    from swarm.bridge.vda5050.line import Broker, build_tls_context
+    from swarm.bridge.vda5050.process import VehicleNames, run
 
     if (options.tls_cert is None) != (options.tls_key is None):
         raise ConfigError("--tls-cert and --tls-key: expected both or none, got one; give the other one too")
     if options.password_file is not None and options.user is None:
         raise ConfigError("--password-file: expected --user NAME too, got none; say whose password it is")
     files = options.tls_ca, options.tls_cert, options.tls_key
-    tls = context(*files) if options.tls or any(files) else None
-    password = None if options.password_file is None else password_in(options.password_file)
+    tls = build_tls_context(*files) if options.tls or any(files) else None
+    password = None if options.password_file is None else read_password(options.password_file)
     host, port = options.broker
-    names = Names(options.interface, options.manufacturer, options.map_id)
+    names = VehicleNames(options.interface, options.manufacturer, options.map_id)
     every = None if options.visualization is None else 1 / options.visualization
-    return run(*place(options, BRIDGE), Broker(host, port, options.user, password, tls), names, every)
+    return run(*find_fleet(options, BRIDGE), Broker(host, port, options.user, password, tls), names, every)
 
 
 def broker(text: str) -> tuple[str, int]:
@@ -78,7 +78,7 @@ def rate(text: str) -> float:
     return found
 
 
-def password_in(file: Path) -> str:
+def read_password(file: Path) -> str:
     """Return the first line of a file: it is not on the command line, where all users of a machine can read it.
 
     Raises:
@@ -99,7 +99,7 @@ def add(commands: "Commands[Parser]") -> None:
     """Add this command below `swarm bridge`."""
     said = "show a running fleet to master controls as vehicles of VDA 5050, and take orders from them"
     one = commands.add_parser("vda5050", help=said, description=f"{said}; see docs/vda5050.md")
-    of_a_client(one)
+    add_client_options(one)
     text = f"broker of MQTT; {BROKER} by default"
     one.add_argument("--broker", type=broker, default=broker(BROKER), metavar="HOST:PORT", help=text)
     one.add_argument("--user", metavar="NAME", help="who we are for the broker")

@@ -8,8 +8,8 @@ from contextlib import suppress
 from time import monotonic
 from typing import TYPE_CHECKING, Any, Final, cast
 
-from swarm.cli.finding import of_a_client, place, spelled
-from swarm.cli.parsing import Commands, Parser
+from swarm.cli.argument_parser import Commands, Parser
+from swarm.cli.fleet_lookup import add_client_options, find_fleet, key_options
 from swarm.secure.names import WATCHER
 
 if TYPE_CHECKING:
@@ -27,18 +27,18 @@ def echo(options: argparse.Namespace) -> int:
     With --once it ends after the first good one. While nothing comes it says why. Return 1 if none came before the end.
     """
     from swarm.bus import Tap
-    from swarm.stopping import told_to_stop
+    from swarm.stop_signal import stop_flag
 
-    options = spelled(options)
+    options = key_options(options)
     good = heard = told = False
-    with told_to_stop() as stop, Tap(*place(options, WATCHER), options.key) as tap:
+    with stop_flag() as stop, Tap(*find_fleet(options, WATCHER), options.key) as tap:
         began, kept = monotonic(), deque(tap.last())  # after the tap is open: what is sent meanwhile is not missed
         while not stop.is_set() and not (options.once and good):
             if (sample := kept.popleft() if kept else tap.receive(LOOK)) is not None:
                 heard, good = True, show(sample, as_json=options.json) or good
             elif not heard and not told and monotonic() - began > SOON:
                 told = True
-                print(f"{options.key}: {silence(tap, options.key)}", file=sys.stderr, flush=True)
+                print(f"{options.key}: {explain_silence(tap, options.key)}", file=sys.stderr, flush=True)
     return 0 if good else 1
 
 
@@ -54,11 +54,11 @@ def show(sample: "Sample", *, as_json: bool) -> bool:
         said = str(fault).removeprefix(f"{sample.key}: ")  # some faults begin with the key
         print(f"{sample.key}: {said}", file=sys.stderr, flush=True)
         return False
-    print(json.dumps({"key": sample.key, "message": fields}) if as_json else text(sample, fields), flush=True)
+    print(json.dumps({"key": sample.key, "message": fields}) if as_json else format_message(sample, fields), flush=True)
     return True
 
 
-def silence(tap: "Tap", key: str) -> str:
+def explain_silence(tap: "Tap", key: str) -> str:
     """Return what to say on a key on which nothing comes."""
     from swarm.cli.look.silence import why
     from swarm.errors import PeerError
@@ -77,7 +77,7 @@ def read(sample: "Sample") -> "Message":
     Raises:
         PeerError: its key is in no row of the table of topics, or a receiver would refuse it.
     """
-    from swarm.bus.opening import opened
+    from swarm.bus.inbox_item import decode_item
     from swarm.cli.look.rates import topic_of
     from swarm.errors import PeerError
 
@@ -87,12 +87,12 @@ def read(sample: "Sample") -> "Message":
             f"expected a key of the table of topics, got {len(sample.payload)} bytes on this one; "
             "`swarm schema` lists the messages"
         )
-    arrived = cast("Arrival", opened("", ("sample", topic, sample.key, sample.payload)))
+    arrived = cast("Arrival", decode_item("", ("sample", topic, sample.key, sample.payload)))
     message: Message = arrived.message
     return message
 
 
-def text(sample: "Sample", fields: dict[str, Any]) -> str:
+def format_message(sample: "Sample", fields: dict[str, Any]) -> str:
     """Return a message as lines for people: the key, then a line for each field, cut to the width of a terminal."""
     lines = [f"{sample.key}  {len(sample.payload)} bytes"]
     for name, value in fields.items():
@@ -107,5 +107,5 @@ def add(commands: "Commands[Parser]") -> None:
     one.add_argument("key", metavar="KEY", help="such as robot/r1/state; * and ** stand for parts of it")
     one.add_argument("--once", action="store_true", help="end after the first message")
     one.add_argument("--json", action="store_true", help="an object per line, whole")
-    of_a_client(one)
+    add_client_options(one)
     one.set_defaults(command=echo)

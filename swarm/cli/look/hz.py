@@ -5,8 +5,8 @@ import json
 import sys
 from time import monotonic
 
-from swarm.cli.finding import of_a_client, place, spelled
-from swarm.cli.parsing import Commands, Parser, seconds
+from swarm.cli.argument_parser import Commands, Parser, seconds
+from swarm.cli.fleet_lookup import add_client_options, find_fleet, key_options
 from swarm.secure.names import WATCHER
 
 TELL_EVERY = 1.0  # s
@@ -15,12 +15,12 @@ TELL_EVERY = 1.0  # s
 def hz(options: argparse.Namespace) -> int:
     """Print the rate each second and at the end of --seconds, or until Ctrl-C; return 1 if it was never known."""
     from swarm.bus import Tap
-    from swarm.cli.look.rates import Beat, too_fast
-    from swarm.stopping import told_to_stop
+    from swarm.cli.look.rates import Beat, format_dropped_samples
+    from swarm.stop_signal import stop_flag
 
-    options = spelled(options)
+    options = key_options(options)
     beat, known = Beat(), False
-    with told_to_stop() as stop, Tap(*place(options, WATCHER), options.key) as tap:
+    with stop_flag() as stop, Tap(*find_fleet(options, WATCHER), options.key) as tap:
         told = monotonic()
         end = told + options.seconds
         while not stop.is_set() and told < end:
@@ -45,7 +45,7 @@ def hz(options: argparse.Namespace) -> int:
                 flush=True,
             )
     if tap.dropped:
-        print(too_fast(tap.dropped), file=sys.stderr)
+        print(format_dropped_samples(tap.dropped), file=sys.stderr)
     return 0 if known else 1
 
 
@@ -56,5 +56,5 @@ def add(commands: "Commands[Parser]") -> None:
     text = "s until it ends; by default it goes on until Ctrl-C"
     one.add_argument("--seconds", type=seconds, default=float("inf"), metavar="S", help=text)
     one.add_argument("--json", action="store_true", help="an object per line")
-    of_a_client(one)
+    add_client_options(one)
     one.set_defaults(command=hz)

@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING, Final
 
 import msgspec
 
-from swarm.cli.finding import fleet_bus, of_a_client
-from swarm.cli.parsing import Commands, Parser
-from swarm.errors import ConfigError, nearest
+from swarm.cli.argument_parser import Commands, Parser
+from swarm.cli.fleet_lookup import add_client_options, fleet_bus
+from swarm.errors import ConfigError, suggest
 from swarm.secure.names import WATCHER
 
 if TYPE_CHECKING:
@@ -23,9 +23,9 @@ def logs(options: argparse.Namespace) -> int:
     """
     from swarm.bus import Arrival
     from swarm.messages import CLOCK, EVENT, EVENTS, Clock, Event, Phase
-    from swarm.stopping import told_to_stop
+    from swarm.stop_signal import stop_flag
 
-    with told_to_stop() as stop, fleet_bus(options, WATCHER) as bus:
+    with stop_flag() as stop, fleet_bus(options, WATCHER) as bus:
         if options.follow:  # before the kept ones are asked for: none is missed, and some come twice
             bus.listen(EVENT)
             bus.listen(CLOCK)
@@ -33,7 +33,7 @@ def logs(options: argparse.Namespace) -> int:
             raise ConfigError("logs: expected a world in that fleet, found none; start one with `swarm world`")
         if options.robot is not None and options.robot not in (robots := clocks[0].robots):
             raise ConfigError(
-                f"logs: expected a robot of the fleet, got {options.robot!r}; {nearest(options.robot, robots)}"
+                f"logs: expected a robot of the fleet, got {options.robot!r}; {suggest(options.robot, robots)}"
             )
         kept = [event for answer in bus.fetch(EVENTS) for event in answer.events]
         printed = sum(show(event, options) for event in kept)
@@ -49,11 +49,11 @@ def logs(options: argparse.Namespace) -> int:
 def show(event: "Event", options: argparse.Namespace) -> bool:
     """Print an event if it is about the robot that is asked for, or if all are; return True if it was printed."""
     if wanted := options.robot in {None, event.robot}:
-        print(msgspec.json.encode(event).decode() if options.json else line(event), flush=True)
+        print(msgspec.json.encode(event).decode() if options.json else format_event(event), flush=True)
     return wanted
 
 
-def line(event: "Event") -> str:
+def format_event(event: "Event") -> str:
     """Return an event as a line for people: the run, its time in it, whom it is about, and what happened."""
     return f"run {event.run} {event.time:9.2f} s  {event.robot or '-':<4} {event.text}"
 
@@ -64,5 +64,5 @@ def add(commands: "Commands[Parser]") -> None:
     one.add_argument("robot", nargs="?", metavar="ROBOT", help="only what is about this one")
     one.add_argument("--follow", action="store_true", help="then go on with those that come, until the run is over")
     one.add_argument("--json", action="store_true", help="an object per line")
-    of_a_client(one)
+    add_client_options(one)
     one.set_defaults(command=logs)

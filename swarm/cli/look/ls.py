@@ -4,9 +4,9 @@ import argparse
 import json
 from typing import Any
 
-from swarm.cli.columns import aligned
-from swarm.cli.finding import of_a_client
-from swarm.cli.parsing import Commands, Parser, endpoint
+from swarm.cli.argument_parser import Commands, Parser, endpoint
+from swarm.cli.columns import align_rows
+from swarm.cli.fleet_lookup import add_client_options
 from swarm.errors import ConfigError
 from swarm.secure.names import WATCHER
 
@@ -14,31 +14,31 @@ from swarm.secure.names import WATCHER
 def ls(options: argparse.Namespace) -> int:
     """Print a row for each fleet; return 1 if there is none."""
     from swarm.bus import fleets
-    from swarm.launch.running import cards
+    from swarm.launch.fleet_registry import cards
 
     if options.connect is None:
         found = [card for card in cards() if options.fleet in {None, card.fleet}]
         rows = [
-            asked(options, card.endpoint, card.fleet) | {"pid": card.pid, "box": card.box, "tape": card.tape}
+            query_world(options, card.endpoint, card.fleet) | {"pid": card.pid, "box": card.box, "tape": card.tape}
             for card in found
         ]
         where = "on this machine"
     else:
         router = endpoint(options.connect, options.secure, WATCHER)
         names = [name for name in fleets(router) if options.fleet in {None, name}]
-        rows = [asked(options, str(router), name) | {"pid": None, "box": None, "tape": None} for name in names]
+        rows = [query_world(options, str(router), name) | {"pid": None, "box": None, "tape": None} for name in names]
         where = f"on {router}"
     if options.json:
         print(json.dumps(rows, indent=1))
     elif rows:
-        print(shown(rows))
+        print(format_fleets(rows))
     else:
         wanted = "fleet" if options.fleet is None else f"fleet {options.fleet}"
         print(f"no {wanted} runs {where}; start one with `swarm run`")
     return 0 if rows else 1
 
 
-def asked(options: argparse.Namespace, router: str, fleet: str) -> dict[str, Any]:
+def query_world(options: argparse.Namespace, router: str, fleet: str) -> dict[str, Any]:
     """Return what a fleet's world says of itself; its phase is the reason if it says nothing."""
     from swarm.bus import Bus
     from swarm.messages import CLOCK
@@ -58,14 +58,14 @@ def asked(options: argparse.Namespace, router: str, fleet: str) -> dict[str, Any
     return row | said | {"robots": len(clock.robots), "present": len(clock.present)}
 
 
-def shown(rows: list[dict[str, Any]]) -> str:
+def format_fleets(rows: list[dict[str, Any]]) -> str:
     """Return the rows as a table."""
     table = [("fleet", "router", "phase", "time", "robots", "pid")]
     for row in rows:
         time = "" if row["time"] is None else f"{row['time']:.1f} s"
         robots = "" if row["robots"] is None else f"{row['present']} of {row['robots']}"
         table.append((row["fleet"], row["router"], row["phase"], time, robots, str(row["pid"] or "")))
-    return aligned(table, right=(3, 4, 5))
+    return align_rows(table, right=(3, 4, 5))
 
 
 def add(commands: "Commands[Parser]") -> None:
@@ -82,5 +82,5 @@ def add(commands: "Commands[Parser]") -> None:
         action="store_true",
         help="a list, with each fleet's tape, and the address of its box, which is secret",
     )
-    of_a_client(one)
+    add_client_options(one)
     one.set_defaults(command=ls)

@@ -42,7 +42,7 @@ def sender(key: str) -> str:
     return UNKNOWN if asked else next(role for role, rights in RIGHTS.items() if topic in rights.answers)
 
 
-def too_fast(dropped: int) -> str:
+def format_dropped_samples(dropped: int) -> str:
     """Return what to tell people when a tap has dropped samples."""
     return (
         f"{dropped} messages came faster than this tool takes them: all rates are too low; "

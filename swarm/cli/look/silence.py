@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import Final
 
 from swarm.cli.look.rates import topic_of
-from swarm.errors import nearest
+from swarm.errors import suggest
 from swarm.messages import REPLIES, TOPICS, Clock, Phase
 
 STANDS: Final = {
@@ -25,23 +25,23 @@ def why(key: str, clock: Clock | None) -> str:
     """
     robots, topic = SOME if clock is None else clock.robots, topic_of(key)
     if "*" in key:
-        if not any(matches(key, known) for known in keys(robots)):
+        if not any(keys_overlap(key, known) for known in list_keys(robots)):
             return "it stands for no key of the table of topics"
     elif topic is None:
-        return f"it is in no row of the table of topics{_meant(key, robots)}"
+        return f"it is in no row of the table of topics{_suggest_key(key, robots)}"
     elif topic.key in REPLIES:
         return "it takes requests, and nobody publishes on it"
     elif clock is not None and "{robot}" in topic.key:
         named = key.split("/")[topic.key.split("/").index("{robot}")]
         if named not in robots:
-            return f"the fleet has no robot {named!r}; {nearest(named, robots)}"
+            return f"the fleet has no robot {named!r}; {suggest(named, robots)}"
     if clock is None:
         return "the fleet has no world that answers"
     on_change = topic is not None and topic.rate == 0.0
     return STANDS.get(clock.phase, "it comes on change only" if on_change else "nobody has sent one")
 
 
-def keys(robots: Sequence[str]) -> list[str]:
+def list_keys(robots: Sequence[str]) -> list[str]:
     """Return the keys of a fleet with these robots, by the table of topics; its squares of the floor stay wild.
 
     >>> [key for key in keys(["r1"]) if key.startswith(("radio", "world/e"))]
@@ -50,7 +50,7 @@ def keys(robots: Sequence[str]) -> list[str]:
     return list(dict.fromkeys(topic.key.format(robot=robot, zx="*", zy="*") for topic in TOPICS for robot in robots))
 
 
-def matches(key: str, known: str) -> bool:
+def keys_overlap(key: str, known: str) -> bool:
     """Return True if two keys with wildcards have a key in common, as far as whole chunks go.
 
     >>> matches("robot/*/state", "robot/r1/state"), matches("**/r1", "radio/*/*/r1"), matches("world/*", "world")
@@ -68,11 +68,11 @@ def _match(one: Sequence[str], other: Sequence[str]) -> bool:
     return same and _match(one[1:], other[1:])
 
 
-def _meant(key: str, robots: Sequence[str]) -> str:
+def _suggest_key(key: str, robots: Sequence[str]) -> str:
     """Return a clause with the key that is probably meant; "" if none is like it."""
-    known = keys(robots)
+    known = list_keys(robots)
     ends = [one for one in known if one.rsplit("/", 1)[-1] == key.strip("/").rsplit("/", 1)[-1]]
-    said = nearest(key, ends or known)
+    said = suggest(key, ends or known)
     if said.startswith("did you mean"):
         return f"; {said}"
     return f"; did you mean {ends[0]!r}?" if ends else ""

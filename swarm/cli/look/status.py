@@ -7,10 +7,10 @@ from typing import Any, Final
 
 import msgspec
 
-from swarm.cli.columns import aligned
-from swarm.cli.finding import of_a_client, place, tape
-from swarm.cli.parsing import Commands, Parser
-from swarm.errors import ConfigError, nearest
+from swarm.cli.argument_parser import Commands, Parser
+from swarm.cli.columns import align_rows
+from swarm.cli.fleet_lookup import add_client_options, find_fleet, find_tape
+from swarm.errors import ConfigError, suggest
 from swarm.messages import Event, Liveness, RobotStatus, Status
 from swarm.secure.names import WATCHER
 
@@ -23,10 +23,10 @@ EVENTS: Final = 10  # last ones of one robot
 def status(options: argparse.Namespace) -> int:
     """Print the status of a running fleet: the phase, and where each robot is and what it does; or of one robot."""
     from swarm.bus import Bus
-    from swarm.launch.summary import told_of_tape
+    from swarm.launch.summary import format_tape_line
     from swarm.messages import STATUS
 
-    here = place(options, WATCHER)
+    here = find_fleet(options, WATCHER)
     with Bus(*here) as bus:
         found = bus.fetch(STATUS)
     if not found:
@@ -36,15 +36,15 @@ def status(options: argparse.Namespace) -> int:
         )
     whole, name = found[0], options.robot
     if options.json:
-        print(msgspec.json.encode(whole if name is None else one_of(whole, name)).decode())
+        print(msgspec.json.encode(whole if name is None else robot_as_json(whole, name)).decode())
     else:
-        print(shown(whole) if name is None else described(whole, name))
-        if name is None and (file := tape(options, here.fleet)) is not None:
-            print(*told_of_tape(Path(file)), sep="\n")
+        print(format_status(whole) if name is None else format_robot(whole, name))
+        if name is None and (file := find_tape(options, here.fleet)) is not None:
+            print(*format_tape_line(Path(file)), sep="\n")
     return 0
 
 
-def shown(status: Status) -> str:
+def format_status(status: Status) -> str:
     """Return the status as text."""
     pool = status.pool
     errands = (
@@ -52,28 +52,28 @@ def shown(status: Status) -> str:
         if pool is not None
         else []
     )
-    return "\n".join([_head(status), *errands, aligned([HEAD, *map(_row, status.robots)])])
+    return "\n".join([_head(status), *errands, align_rows([HEAD, *map(_row, status.robots)])])
 
 
-def one_of(status: Status, name: str) -> dict[str, Any]:
+def robot_as_json(status: Status, name: str) -> dict[str, Any]:
     """Return all that is known of one robot as values of JSON: its row, its events of this run, and the run.
 
     Raises:
         ConfigError: the fleet has no such robot.
     """
-    row, events = _found(status, name)
+    row, events = _find_robot_rows(status, name)
     run = {"scenario": status.scenario, "run": status.run, "time": status.time, "phase": status.phase}
     whole: dict[str, Any] = msgspec.to_builtins(run | msgspec.structs.asdict(row) | {"events": events})
     return whole
 
 
-def described(status: Status, name: str) -> str:
+def format_robot(status: Status, name: str) -> str:
     """Return all that is known of one robot as text.
 
     Raises:
         ConfigError: the fleet has no such robot.
     """
-    row, events = _found(status, name)
+    row, events = _find_robot_rows(status, name)
     x, y, yaw = row.pose
     state, account = row.state, row.account
     at = state.target < len(state.reached)
@@ -82,9 +82,9 @@ def described(status: Status, name: str) -> str:
         ("pose", f"{x:.2f}, {y:.2f} m, yaw {degrees(yaw):.0f} deg"),
         (
             "does",
-            f"{_does(row)}, target {state.target + 1} of {len(state.reached)}, {state.distance:.1f} m left"
+            f"{_format_activity(row)}, target {state.target + 1} of {len(state.reached)}, {state.distance:.1f} m left"
             if at
-            else _does(row),
+            else _format_activity(row),
         ),
         ("waits for", row.why or ", ".join(row.waits) or "nobody"),
         ("has", f"{row.mission}{f', number {state.assignment}' if state.assignment else ''}"),
@@ -103,14 +103,14 @@ def described(status: Status, name: str) -> str:
         facts += [("stalled", f"{account.stalled} times")] if account.stalled else []
     told = [f"{event.time:8.1f} s  {event.text}" for event in events[-EVENTS:]]
     last = ["", "last events of this run:", *told] if told else ["", "no event of this run is among the last 100"]
-    return "\n".join([f"{name} of {_head(status)}", "", aligned(facts), *last])
+    return "\n".join([f"{name} of {_head(status)}", "", align_rows(facts), *last])
 
 
-def _found(status: Status, name: str) -> tuple[RobotStatus, list[Event]]:
+def _find_robot_rows(status: Status, name: str) -> tuple[RobotStatus, list[Event]]:
     """Return a robot's row, and those of the last events that are about it and of this run."""
     rows = {row.robot: row for row in status.robots}
     if name not in rows:
-        raise ConfigError(f"status: expected a robot of the fleet, got {name!r}; {nearest(name, rows)}")
+        raise ConfigError(f"status: expected a robot of the fleet, got {name!r}; {suggest(name, rows)}")
     return rows[name], [event for event in status.events if (event.robot, event.run) == (name, status.run)]
 
 
@@ -153,7 +153,7 @@ def _row(robot: RobotStatus) -> tuple[str, ...]:
         robot.liveness.value + _since(robot),
         f"{x:.2f}, {y:.2f}",
         f"{degrees(yaw):.0f}",
-        _does(robot),
+        _format_activity(robot),
         f"{state.target + 1} of {len(state.reached)}" if left else "none left",
         f"{state.distance:.1f}" if left else "",
         robot.why or ", ".join(robot.waits),
@@ -161,7 +161,7 @@ def _row(robot: RobotStatus) -> tuple[str, ...]:
     )
 
 
-def _does(robot: RobotStatus) -> str:
+def _format_activity(robot: RobotStatus) -> str:
     """Return what a robot does; of one that is not there, nothing: what it said last is over."""
     return robot.state.activity.value if robot.liveness in {Liveness.ALIVE, Liveness.STALE} else "-"
 
@@ -171,6 +171,6 @@ def add(commands: "Commands[Parser]") -> None:
     one = commands.add_parser("status", help="print where the robots of a running fleet are and what they do")
     text = "print all that is known of this robot: why it stands, its targets and when it was there, its last events"
     one.add_argument("robot", nargs="?", metavar="ROBOT", help=text)
-    of_a_client(one)
+    add_client_options(one)
     one.add_argument("--json", action="store_true", help="print all of it as JSON, as the world answers")
     one.set_defaults(command=status)

@@ -6,9 +6,9 @@ import sys
 from time import monotonic
 from typing import TYPE_CHECKING
 
-from swarm.cli.columns import aligned
-from swarm.cli.finding import of_a_client, place
-from swarm.cli.parsing import Commands, Parser, seconds
+from swarm.cli.argument_parser import Commands, Parser, seconds
+from swarm.cli.columns import align_rows
+from swarm.cli.fleet_lookup import add_client_options, find_fleet
 from swarm.secure.names import WATCHER
 
 if TYPE_CHECKING:
@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 def topics(options: argparse.Namespace) -> int:
     """Listen for a while and print a row for each key that was heard or has a last message; return 1 for none."""
     from swarm.bus import Tap
-    from swarm.cli.look.rates import KeyTraffic, too_fast
+    from swarm.cli.look.rates import KeyTraffic, format_dropped_samples
 
-    with Tap(*place(options, WATCHER), "**") as tap:
+    with Tap(*find_fleet(options, WATCHER), "**") as tap:
         began = monotonic()
         traffic = KeyTraffic(began)
         while (left := began + options.seconds - monotonic()) > 0:
@@ -33,13 +33,13 @@ def topics(options: argparse.Namespace) -> int:
     if options.json:
         print(json.dumps([row._asdict() for row in rows], indent=1))
     else:
-        print(shown(rows, options.seconds))
+        print(format_topics(rows, options.seconds))
     if tap.dropped:
-        print(too_fast(tap.dropped), file=sys.stderr)
+        print(format_dropped_samples(tap.dropped), file=sys.stderr)
     return 0 if rows else 1
 
 
-def shown(rows: "list[KeyRow]", lasted: float) -> str:
+def format_topics(rows: "list[KeyRow]", lasted: float) -> str:
     """Return the rows as a table, and their sum."""
     if not rows:
         return f"nothing was heard for {lasted:g} s; `swarm ls` tells whether the fleet runs"
@@ -51,7 +51,7 @@ def shown(rows: "list[KeyRow]", lasted: float) -> str:
         table.append((row.key, f"{row.rate:.1f}", usual, size, weight, age, f"{row.lost}", row.who))
     messages, load = sum(row.rate for row in rows), sum(row.bytes for row in rows) / 1000
     total = f"{len(rows)} keys, {messages:.0f} messages/s, {load:.0f} kB/s in {lasted:g} s; usual: - is on change"
-    return f"{aligned(table, right=range(1, 7))}\n\n{total}"
+    return f"{align_rows(table, right=range(1, 7))}\n\n{total}"
 
 
 def add(commands: "Commands[Parser]") -> None:
@@ -60,5 +60,5 @@ def add(commands: "Commands[Parser]") -> None:
     text = "s to listen, 3 by default; a rate is a mean over them"
     one.add_argument("--seconds", type=seconds, default=3.0, metavar="S", help=text)
     one.add_argument("--json", action="store_true")
-    of_a_client(one)
+    add_client_options(one)
     one.set_defaults(command=topics)

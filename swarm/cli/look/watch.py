@@ -8,10 +8,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Final
 
-from swarm.cli.finding import of_a_client, place
-from swarm.cli.parsing import Commands, Parser
+from swarm.cli.argument_parser import Commands, Parser
+from swarm.cli.fleet_lookup import add_client_options, find_fleet
 from swarm.errors import ConfigError
-from swarm.installed import without
+from swarm.installation import hint_for_extra
 from swarm.secure.names import WATCHER
 
 if TYPE_CHECKING:
@@ -29,11 +29,11 @@ def watch(options: argparse.Namespace) -> int:
     from dashboard.terminal import FOLLOWED, Terminal
     from swarm.bus import Bus
     from swarm.messages import CLOCK, MAP, STATE, Phase
-    from swarm.stopping import told_to_stop
+    from swarm.stop_signal import stop_flag
 
-    endpoint, fleet = place(options, WATCHER)
+    endpoint, fleet = find_fleet(options, WATCHER)
     console, worlds = Console(), Worlds()
-    with told_to_stop() as stop, Bus(endpoint, fleet) as bus, rerun(options, endpoint, fleet):
+    with stop_flag() as stop, Bus(endpoint, fleet) as bus, rerun(options, endpoint, fleet):
         home = all(floor.scenario.settings.return_home for floor in bus.fetch(MAP))
         bus.watch_presence()
         for topic in FOLLOWED:
@@ -91,7 +91,7 @@ def rerun(options: argparse.Namespace, endpoint: "Endpoint", fleet: str) -> Iter
     if mode is None:
         yield
         return
-    if (lacks := without("rerun")) is not None:
+    if (lacks := hint_for_extra("rerun")) is not None:
         raise ConfigError(f"--dashboard {options.dashboard}: {lacks}")
     keys = [] if options.secure is None else ["--secure", str(options.secure)]
     command = [sys.executable, "-m", "dashboard", "--connect", str(endpoint), "--fleet", fleet, FLAGS[mode], *keys]
@@ -111,5 +111,5 @@ def add(commands: "Commands[Parser]") -> None:
     one = commands.add_parser("watch", help="show the progress of a running fleet")
     text = "off by default: only the terminal; web, viewer or auto show Rerun too"
     one.add_argument("--dashboard", default="off", metavar="MODE", help=text)
-    of_a_client(one)
+    add_client_options(one)
     one.set_defaults(command=watch)

@@ -6,8 +6,8 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from swarm.cli.columns import aligned
-from swarm.cli.parsing import Commands, Parser
+from swarm.cli.argument_parser import Commands, Parser
+from swarm.cli.columns import align_rows
 from swarm.settings import TAPE
 
 if TYPE_CHECKING:
@@ -16,22 +16,22 @@ if TYPE_CHECKING:
 
 def analyze(options: argparse.Namespace) -> int:
     """Print what a run was like."""
-    from swarm.cli.offline.replay import opened, replayed
+    from swarm.blackbox.replay.wire import Wire
+    from swarm.cli.offline.replay import open_replay, replay_tape
     from swarm.messages import Phase
-    from world.replay.wire import Wire
 
-    *notes, outcome = replayed(replay := opened(options.file))
+    *notes, outcome = replay_tape(replay := open_replay(options.file))
     notes += [outcome] if replay.difference is not None else []
-    found = analysed(Wire(replay).status(Phase.OVER), str(options.file), notes)
+    found = analyse_run(Wire(replay).status(Phase.OVER), str(options.file), notes)
     if options.json:
         print(json.dumps(found, indent=1))
         return 0
-    title, *rest = lines(found)
-    print("\n".join([title, "", aligned(table(found), right={2, 3, 4, 5, 7, 8, 9}), "", *rest]))
+    title, *rest = format_analysis(found)
+    print("\n".join([title, "", align_rows(table(found), right={2, 3, 4, 5, 7, 8, 9}), "", *rest]))
     return 0
 
 
-def analysed(status: "Status", file: str, notes: Iterable[str] = ()) -> dict[str, Any]:
+def analyse_run(status: "Status", file: str, notes: Iterable[str] = ()) -> dict[str, Any]:
     """Return the analysis of a run's last status; what is in the report too has the same name and value there.
 
     ``notes`` are sentences to add.
@@ -62,7 +62,7 @@ def analysed(status: "Status", file: str, notes: Iterable[str] = ()) -> dict[str
     }
 
 
-def lines(analysis: dict[str, Any]) -> list[str]:
+def format_analysis(analysis: dict[str, Any]) -> list[str]:
     """Return an analysis as lines for people, before and after the table of ``table``."""
     contacts = ", ".join(f"{count} {kind}" for kind, count in analysis["contacts"].items())
     gap = analysis["clearance_min"]
@@ -82,9 +82,9 @@ def table(analysis: dict[str, Any]) -> list[Sequence[str]]:
     for name, row in analysis["per_robot"].items():
         stops = ", ".join(_number(time, 1) for time in row["reached"]) or "-"
         waits = ", ".join(f"{other} {time:.1f}" for other, time in row["waits_for"].items()) or "-"
-        rows.append([name, stops, *_measured(row), waits, *_counts(row), *[f"{row['laps']}"] * laps])
+        rows.append([name, stops, *_measure_tape(row), waits, *_counts(row), *[f"{row['laps']}"] * laps])
     reached = f"{total['reached']} of {total['targets']}"
-    rows.append(["total", reached, *_measured(total), "", *_counts(total), *[""] * laps])
+    rows.append(["total", reached, *_measure_tape(total), "", *_counts(total), *[""] * laps])
     return list(rows)
 
 
@@ -105,7 +105,7 @@ def _sum(lengths: Iterable[float | None]) -> float | None:
     return None if None in known else sum(length or 0.0 for length in known)
 
 
-def _measured(row: dict[str, Any]) -> list[str]:
+def _measure_tape(row: dict[str, Any]) -> list[str]:
     numbers = (("path_length", 1), ("shortest_length", 1), ("detour", 2), ("waiting", 1))
     return [_number(row[name], digits) for name, digits in numbers]
 

@@ -4,15 +4,15 @@ import argparse
 import json
 from pathlib import Path
 
-from swarm.cli.parsing import Commands, Parser
+from swarm.cli.argument_parser import Commands, Parser
 from swarm.errors import ConfigError
 
 
 def drill(options: argparse.Namespace) -> int:
     """Run the rows of the drill; return 1 if one fails."""
-    from swarm.launch.drill.run import as_json, chosen, drilled
+    from swarm.launch.drill.run import as_json, run_drills, select_rows
 
-    rows = chosen(options.row)
+    rows = select_rows(options.row)
     if options.list:
         print("\n".join(f"{row.name:17}{row.fault}" for row in rows))
         return 0
@@ -25,7 +25,7 @@ def drill(options: argparse.Namespace) -> int:
             why = fault.strerror or fault
             raise ConfigError(f"--keep: expected a folder that can be made, got {options.keep}: {why}") from None
     outcomes = []
-    for outcome in drilled(rows, options.repeat, options.keep):
+    for outcome in run_drills(rows, options.repeat, options.keep):
         outcomes.append(outcome)
         if not options.json:
             print(outcome.line(), flush=True)

@@ -7,16 +7,16 @@ from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Final
 
-from swarm.cli.parsing import Commands, Parser
+from swarm.cli.argument_parser import Commands, Parser
 from swarm.errors import ConfigError
-from swarm.installed import without
+from swarm.installation import hint_for_extra
 from swarm.settings import TAPE
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from world.replay.replay import Replay
-    from world.replay.values import ReplayedTick
+    from swarm.blackbox.replay.answer_values import ReplayedTick
+    from swarm.blackbox.replay.replay import Replay
 
 EVERY: Final = 2.0  # s between two lines on how far it is
 
@@ -38,20 +38,20 @@ class ProgressLine:
 def replay(options: argparse.Namespace) -> int:
     """Replay a tape; return 0 if every answer is the same and no law is broken, else 1."""
     _check(options)
-    one = opened(options.file)
+    one = open_replay(options.file)
     takers: list[Callable[[ReplayedTick], None]] = []
     watch = None
     if options.laws:
-        from world.replay.judge import Watch
+        from swarm.blackbox.replay.judge import Watch
 
         watch = Watch()
         takers.append(partial(watch.take, one))
     files = _Files(one, options) if options.rrd is not None or options.mcap is not None else None
     if files is not None:
         takers.append(files.take)
-    for line in replayed(one, *takers):
+    for line in replay_tape(one, *takers):
         print(line)
-    broken = watch.judged() if watch is not None else []
+    broken = watch.judge_laws() if watch is not None else []
     for law in broken:
         print(f"law broken: {law.law}: tick {law.tick}, {', '.join(law.robots)}: {law.text}")
     if watch is not None and not broken:
@@ -65,12 +65,12 @@ class _Files:
     """The recordings of a run that are made of its tape."""
 
     def __init__(self, replay: "Replay", options: argparse.Namespace) -> None:
-        from world.replay.wire import Wire
+        from swarm.blackbox.replay.wire import Wire
 
         self._replay, self._wire = replay, Wire(replay)
         self._show = self._mcap = None
         if options.rrd is not None:
-            from dashboard.taped import TapedShow
+            from dashboard.tape_recording import TapedShow
 
             self._show = TapedShow(replay, self._wire, options.rrd, options.rules)
         if options.mcap is not None:
@@ -109,7 +109,7 @@ def _check(options: argparse.Namespace) -> None:
             continue
         from swarm.launch.options import check_output
 
-        if lacking := without(extra):
+        if lacking := hint_for_extra(extra):
             raise ConfigError(f"{flag} {file}: {lacking}")
         check_output(flag, file)
         both = file.exists() and options.file.exists()
@@ -117,25 +117,25 @@ def _check(options: argparse.Namespace) -> None:
             raise ConfigError(f"{flag} {file}: expected another file than a tape; name one that ends in .{flag[2:]}")
 
 
-def opened(path: Path) -> "Replay":
+def open_replay(path: Path) -> "Replay":
     """Return the replay of a tape, at its begin.
 
     Raises:
         ConfigError: the file is no tape, or has what cannot have happened.
     """
-    from swarm.compiled import announce
-    from world.replay.outline import Outline
-    from world.tape.reader import TapeFile
+    from swarm.blackbox.replay.outline import Outline
+    from swarm.kernels import announce_compilation
+    from swarm.tape.reader import TapeFile
 
     file = TapeFile(path)
-    outline = Outline.of(file)  # what is no tape is refused before much is loaded
-    announce()
-    from world.replay.replay import Replay
+    outline = Outline.read_outline(file)  # what is no tape is refused before much is loaded
+    announce_compilation()
+    from swarm.blackbox.replay.replay import Replay
 
     return Replay(file, outline)
 
 
-def replayed(replay: "Replay", *takers: "Callable[[ReplayedTick], None]") -> list[str]:
+def replay_tape(replay: "Replay", *takers: "Callable[[ReplayedTick], None]") -> list[str]:
     """Replay a whole tape, tell how far it is, hand each tick to ``takers``, and return in lines what it was like."""
     from swarm.fingerprint import fingerprint
 

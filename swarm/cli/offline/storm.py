@@ -7,12 +7,12 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from swarm.cli.parsing import Commands, Parser
+from swarm.cli.argument_parser import Commands, Parser
 from swarm.errors import ConfigError
 from swarm.settings import TAPE
 
 if TYPE_CHECKING:
-    from world.storm.plans.plan import StormPlan
+    from swarm.storm.plans.plan import StormPlan
 
 DEFAULT: Final = 100  # seeds
 LARGEST: Final = 2**53
@@ -20,22 +20,22 @@ LARGEST: Final = 2**53
 
 def storm(options: argparse.Namespace) -> int:
     """Run the plans of seeds, or plan files, and print every broken law."""
-    from swarm.compiled import announce
+    from swarm.kernels import announce_compilation
 
-    announce()
+    announce_compilation()
     from swarm.launch.storm import perform_both
-    from world.storm import command
+    from swarm.storm import command
 
     profiles = tuple(options.profile.split(","))
     if options.show is not None:
         print(command.show(_only(profiles), _seed("--show", options.show)), end="")
         return 0
     if options.tape is not None:
-        return _from(options.tape, options.out)
+        return _plan_from_tape(options.tape, options.out)
     if options.shrink is not None:
         plan = _plan(options.shrink, profiles)
         out = options.out or Path("tests", "storm", f"{plan.profile}-{plan.seed}.yaml")
-        return command.shrunk(plan, out, _jobs(options.jobs))
+        return command.shrink_plan(plan, out, _jobs(options.jobs))
     if options.over == "processes" and options.twice:
         raise ConfigError("storm: expected either --twice or --over processes, got both; leave one out")
     if options.plan and (options.seeds or options.start is not None or options.profile != "all"):
@@ -55,22 +55,22 @@ def storm(options: argparse.Namespace) -> int:
     )
 
 
-def _from(path: Path, out: Path | None) -> int:
+def _plan_from_tape(path: Path, out: Path | None) -> int:
     """Make a plan of what happened in a run, and write it if it breaks a law, or if ``out`` names its file.
 
     Return 1 if the run or the plan has broken one, else 0.
     """
-    from swarm.cli.offline.replay import opened, replayed
-    from world.replay.as_plan import as_plan
-    from world.replay.judge import Watch
-    from world.storm.output import write_plan
-    from world.storm.results import Job, perform
-    from world.tape.reader import TapeFile
+    from swarm.blackbox.replay.judge import Watch
+    from swarm.blackbox.replay.storm_plan import as_plan
+    from swarm.cli.offline.replay import open_replay, replay_tape
+    from swarm.storm.output import write_plan
+    from swarm.storm.results import Job, perform
+    from swarm.tape.reader import TapeFile
 
     plan, left_out = as_plan(TapeFile(path))
-    watch, replay = Watch(), opened(path)
-    replayed(replay, partial(watch.take, replay))
-    broken = {"the run": watch.judged(), "its plan": perform(Job(plan.profile, plan.seed, plan)).violations}
+    watch, replay = Watch(), open_replay(path)
+    replay_tape(replay, partial(watch.take, replay))
+    broken = {"the run": watch.judge_laws(), "its plan": perform(Job(plan.profile, plan.seed, plan)).violations}
     for what in left_out:
         print(f"{what}: no plan has that, so it is left out")
     for who, laws in broken.items():
@@ -118,8 +118,8 @@ def _seed(flag: str, text: str) -> int:
 
 def _plan(text: str, profiles: tuple[str, ...]) -> "StormPlan":
     """Draw a seed's plan, or read a plan file."""
-    from world.storm.plans.draw import draw
-    from world.storm.plans.plan import read
+    from swarm.storm.plans.draw import draw
+    from swarm.storm.plans.plan import read
 
     return read(Path(text)) if text.endswith((".yaml", ".yml")) else draw(_only(profiles), _seed("--shrink", text))
 

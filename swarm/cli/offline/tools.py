@@ -8,8 +8,8 @@ from math import isfinite
 from pathlib import Path
 from typing import Final
 
-from swarm.cli.parsing import Commands, Parser, point
-from swarm.errors import ConfigError, nearest
+from swarm.cli.argument_parser import Commands, Parser, point
+from swarm.errors import ConfigError, suggest
 from swarm.maps.occupancy import OccupancyMap
 
 CHECKOUT: Final = Path(__file__).parents[3]  # the folder of the package: in a checkout, the benchmarks are there too
@@ -17,9 +17,9 @@ CHECKOUT: Final = Path(__file__).parents[3]  # the folder of the package: in a c
 
 def explain(options: argparse.Namespace) -> int:
     """Print the fuzzy controller's output for one reading, rule by rule."""
-    from swarm.compiled import announce
+    from swarm.kernels import announce_compilation
 
-    announce()
+    announce_compilation()
     from swarm.fuzzy.explain import explain as explanation
 
     inputs = (options.left, options.front, options.right, options.heading)
@@ -29,9 +29,9 @@ def explain(options: argparse.Namespace) -> int:
 
 def plan(options: argparse.Namespace) -> int:
     """Plan one path on a map, or every row of a benchmark file."""
-    from swarm.compiled import announce
+    from swarm.kernels import announce_compilation
 
-    announce()
+    announce_compilation()
     from swarm.planning.solve import solve_one, solve_scen
 
     if options.scen is not None:
@@ -59,7 +59,7 @@ def schema(options: argparse.Namespace) -> int:
         return 0
     if options.message not in known:
         raise ConfigError(
-            f"schema: expected the name of a message, got {options.message!r}; {nearest(options.message, known)}"
+            f"schema: expected the name of a message, got {options.message!r}; {suggest(options.message, known)}"
         )
     print(schema_of(known[options.message]), end="")
     return 0
@@ -81,9 +81,9 @@ def _map(path: Path) -> OccupancyMap:
     from swarm.maps.files import read_file
     from swarm.maps.load import load_map
     from swarm.scenario.load import SIZE_LIMIT, load
-    from swarm.scenario.shipped import found
+    from swarm.scenario.shipped_scenarios import find_scenario
 
-    path = found(path)
+    path = find_scenario(path)
     if path.suffix in {".yaml", ".yml"} and path.is_file() and b"targets:" in read_file(path, SIZE_LIMIT):
         return load(path).map
     return load_map(path)

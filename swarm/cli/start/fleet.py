@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from swarm.cli.parsing import Commands, Parser, endpoint, pace, secure
+from swarm.cli.argument_parser import Commands, Parser, endpoint, pace, secure
 from swarm.errors import ConfigError
 from swarm.secure.names import ROUTER, WORLD
 from swarm.settings import BAG, MOST_ROBOTS, TAPE
@@ -19,28 +19,28 @@ if TYPE_CHECKING:
 
 def run(options: argparse.Namespace) -> int:
     """Launch a whole fleet on this machine; without a scenario, list those that come with the project."""
-    from swarm.compiled import announce
+    from swarm.kernels import announce_compilation
     from swarm.launch.supervise.fleet import call_off, warm_up
-    from swarm.scenario.shipped import found, shipped
+    from swarm.scenario.shipped_scenarios import find_scenario, shipped_scenarios
     from swarm.scenario.source import Source
 
     if options.scenario is None:
         print("swarm run SCENARIO: a scenario file, or one of these:")
-        print("\n".join(f"  {name:15}{about}" for name, about in shipped().items()))
+        print("\n".join(f"  {name:15}{about}" for name, about in shipped_scenarios().items()))
         return 0
     _check_launch(options)
-    source = Source(found(options.scenario), options.scen, options.robots, options.serve)
+    source = Source(find_scenario(options.scenario), options.scen, options.robots, options.serve)
     if source.file.is_file():
-        announce()
+        announce_compilation()
         warm_up(source, secure=options.secure is not None)
     try:
-        return _launched(options, source)
+        return _launch_fleet(options, source)
     except ConfigError:
         call_off()
         raise
 
 
-def _launched(options: argparse.Namespace, source: "Source") -> int:
+def _launch_fleet(options: argparse.Namespace, source: "Source") -> int:
     """Read the scenario and launch the fleet, while the fork server gets ready."""
     from swarm.launch.options import Options
     from swarm.launch.proxy import Delay
@@ -59,9 +59,9 @@ def _launched(options: argparse.Namespace, source: "Source") -> int:
             wait=options.wait,
             dashboard=options.dashboard,
             rules=options.rules,
-            record=_recorded(options.record, ".rrd"),
-            tape=_recorded(options.record, TAPE),
-            bag=_recorded(options.record, BAG),
+            record=_record_file(options.record, ".rrd"),
+            tape=_record_file(options.record, TAPE),
+            bag=_record_file(options.record, BAG),
             report=options.report,
             port=options.port,
             fleet=options.fleet,
@@ -80,9 +80,9 @@ def router(options: argparse.Namespace) -> int:
 
     place = endpoint(options.listen, options.secure, ROUTER)
     others = [endpoint(text, options.secure, ROUTER) for text in options.join]
-    far = [one for one in others if not one.local]
-    option, open_to = ("--join", far[0]) if place.local and far else ("--listen", place)
-    if options.secure is None and not open_to.local:
+    far = [one for one in others if not one.is_local]
+    option, open_to = ("--join", far[0]) if place.is_local and far else ("--listen", place)
+    if options.secure is None and not open_to.is_local:
         if not options.insecure:
             raise ConfigError(
                 f"{option}: expected an address of this machine only, such as 127.0.0.1, got {open_to.host}, where "
@@ -102,23 +102,23 @@ def router(options: argparse.Namespace) -> int:
 
 def world(options: argparse.Namespace) -> int:
     """Run the world."""
-    from swarm.compiled import announce
+    from swarm.kernels import announce_compilation
 
-    announce()
-    from swarm.launch.running import named, tape_of
+    announce_compilation()
+    from swarm.launch.fleet_registry import default_fleet_name, tape_of
     from swarm.scenario.check import check
     from swarm.scenario.load import load
-    from swarm.scenario.shipped import found
+    from swarm.scenario.shipped_scenarios import find_scenario
     from world.host.process import run as run_world
 
-    scenario = load(found(options.scenario), serve=options.serve)
+    scenario = load(find_scenario(options.scenario), serve=options.serve)
     robots, seed, limit = _numbers(options, scenario)
     scenario = check(scenario, robots, seed).scenario
     if options.resume is not None and not options.resume.is_file():
         raise ConfigError(
             f"--resume {options.resume}: expected a snapshot, found none; begin a run with --snapshot FILE"
         )
-    fleet = options.fleet or named(scenario.settings.name)
+    fleet = options.fleet or default_fleet_name(scenario.settings.name)
     print(f"fleet {fleet}", flush=True)
     try:
         tape = options.record or tape_of(fleet)
@@ -145,10 +145,10 @@ def world(options: argparse.Namespace) -> int:
 
 def robot(options: argparse.Namespace) -> int:
     """Run one robot, or more of them in this process."""
-    from swarm.cli.finding import awaited
-    from swarm.compiled import announce
+    from swarm.cli.fleet_lookup import await_fleet
+    from swarm.kernels import announce_compilation
 
-    announce()
+    announce_compilation()
     from swarm.robot.host.process import run as be_robots
 
     count = _at_least_one("--count", options.count)
@@ -160,11 +160,11 @@ def robot(options: argparse.Namespace) -> int:
             "start a process for each robot, such as `swarm robot --id r1`"
         )
     router = endpoint(options.connect, options.secure, options.id)
-    fleet = options.fleet or awaited(router)
+    fleet = options.fleet or await_fleet(router)
     return 0 if fleet is None else be_robots(router, fleet, [options.id] * count, once=options.once)
 
 
-def _recorded(files: "Sequence[Path]", ending: str) -> Path | None:
+def _record_file(files: "Sequence[Path]", ending: str) -> Path | None:
     """Return the file of ``--record`` that has an ending; one that is no tape and no bag is the dashboard's.
 
     Raises:

@@ -3,13 +3,13 @@
 import argparse
 from pathlib import Path
 
-from swarm.cli.parsing import Commands, Parser
+from swarm.cli.argument_parser import Commands, Parser
 from swarm.errors import ConfigError
 
 
 def keys(options: argparse.Namespace) -> int:
     """Make the keys of a fleet in a new folder."""
-    from swarm.scenario.starts import names
+    from swarm.scenario.starts import robot_names
     from swarm.secure.keys import make
     from swarm.secure.names import ROLES
 
@@ -17,7 +17,7 @@ def keys(options: argparse.Namespace) -> int:
         raise ConfigError(f"--robots: expected 1 to 1000, got {options.robots}")
     if not 0 < options.days <= 3650:
         raise ConfigError(f"--days: expected more than 0 and at most 3650, got {options.days:g}")
-    robots = names(options.robots)
+    robots = robot_names(options.robots)
     make(options.folder, robots, options.host, options.days, several=options.several_routers)
     print(f"{options.folder}: keys for {options.days:g} days, for {', '.join((*ROLES, *robots))}")
     return 0

@@ -7,8 +7,8 @@ from uuid import uuid4
 
 import msgspec
 
-from swarm.cli.finding import fleet_bus, of_a_client, tell
-from swarm.cli.parsing import Commands, Parser, point
+from swarm.cli.argument_parser import Commands, Parser, point
+from swarm.cli.fleet_lookup import add_client_options, fleet_bus, send_request
 from swarm.errors import ConfigError
 from swarm.secure.names import OPERATOR
 
@@ -26,7 +26,7 @@ def button(options: argparse.Namespace) -> int:
     """Press one of the paper's buttons."""
     from swarm.messages import ACTION, Action, Do
 
-    return tell(options, ACTION, Action(do=Do(options.button)))
+    return send_request(options, ACTION, Action(do=Do(options.button)))
 
 
 def edit(options: argparse.Namespace) -> int:
@@ -34,7 +34,7 @@ def edit(options: argparse.Namespace) -> int:
     from swarm.messages import EDIT, Edit, Kind
 
     asked = Edit(kind=Kind(options.kind), low=options.low, high=options.high, dry_run=options.dry_run)
-    return tell(options, EDIT, asked)
+    return send_request(options, EDIT, asked)
 
 
 def add_robots(options: argparse.Namespace) -> int:
@@ -45,8 +45,10 @@ def add_robots(options: argparse.Namespace) -> int:
         many = f" with {len(options.at)} starts" if options.at else ""
         raise ConfigError(f"add-robots: expected 1 robot or more, and one for each --at, got {options.count}{many}")
     starts = [(x, y, 0.0) for x, y in options.at]
-    asked = _converted({"id": options.id or uuid4().hex, "count": options.count, "at": starts}, Places, "add-robots")
-    return tell(options, PLACES, asked)
+    asked = _parse_request(
+        {"id": options.id or uuid4().hex, "count": options.count, "at": starts}, Places, "add-robots"
+    )
+    return send_request(options, PLACES, asked)
 
 
 def setup(options: argparse.Namespace) -> int:
@@ -68,7 +70,7 @@ def setup(options: argparse.Namespace) -> int:
         "map": None if options.map is None else read_text(options.map, DRAWING_LIMIT),
         "cell": options.cell,
     }
-    asked = _converted(parts, Setup, "setup")
+    asked = _parse_request(parts, Setup, "setup")
     with fleet_bus(options, OPERATOR) as bus:
         if any(part is not None for part in parts.values()):
             print(bus.ask(SETUP, asked, ANSWER).text)
@@ -79,25 +81,25 @@ def setup(options: argparse.Namespace) -> int:
     return 0
 
 
-def _converted(parts: dict[str, Any], kind: type[M], command: str) -> M:
+def _parse_request(parts: dict[str, Any], kind: type[M], command: str) -> M:
     """Return a request made of what the command line says.
 
     Raises:
         ConfigError: a part is not what the request may say.
     """
-    from swarm.messages.faults import explained
+    from swarm.messages.faults import explain_fault
 
     try:
         return msgspec.convert(parts, kind)
     except msgspec.ValidationError as fault:
-        raise ConfigError(f"{command}: {explained(str(fault), parts)}; correct it") from None
+        raise ConfigError(f"{command}: {explain_fault(str(fault), parts)}; correct it") from None
 
 
 def add(commands: "Commands[Parser]") -> None:
     """Add these commands to the command line."""
     for name, text in BUTTONS.items():
         one = commands.add_parser(name, help=text)
-        of_a_client(one)
+        add_client_options(one)
         one.set_defaults(command=button, button=name)
     one = commands.add_parser("edit", help="add walls to the floor of a running fleet, or remove them")
     one.add_argument("kind", choices=("wall", "obstacle", "free"), help="what all cells of the rectangle become")
@@ -105,7 +107,7 @@ def add(commands: "Commands[Parser]") -> None:
     one.add_argument("high", type=point, metavar="X,Y", help="m, the opposite corner")
     text = "only say what it would do: which robots would have no way to their targets any more"
     one.add_argument("--dry-run", action="store_true", help=text)
-    of_a_client(one)
+    add_client_options(one)
     one.set_defaults(command=edit)
     one = commands.add_parser("setup", help="print what a running fleet drives, or give it another set-up")
     one.add_argument("--scenario", metavar="NAME", help="one that comes with the project")
@@ -115,7 +117,7 @@ def add(commands: "Commands[Parser]") -> None:
     one.add_argument("--target", type=point, action="append", default=[], metavar="X,Y", help="m; in order")
     one.add_argument("--map", type=Path, metavar="FILE.txt", help="a drawing: # wall, o obstacle, . free")
     one.add_argument("--cell", type=float, metavar="METRES", help="side of a character of the drawing")
-    of_a_client(one)
+    add_client_options(one)
     one.set_defaults(command=setup)
     one = commands.add_parser("add-robots", help="add robots to a running fleet that stays (--serve)")
     one.add_argument("count", type=int, metavar="N", help="how many")
@@ -123,5 +125,5 @@ def add(commands: "Commands[Parser]") -> None:
     one.add_argument("--at", type=point, action="append", default=[], metavar="X,Y", help=text)
     text = "name of the request, a new one by default; the same request given again changes nothing"
     one.add_argument("--id", metavar="NAME", help=text)
-    of_a_client(one)
+    add_client_options(one)
     one.set_defaults(command=add_robots)

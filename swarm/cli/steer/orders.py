@@ -3,8 +3,8 @@
 import argparse
 from uuid import uuid4
 
-from swarm.cli.finding import fleet_bus, of_a_client, tell
-from swarm.cli.parsing import Commands, Parser, point, stop_at
+from swarm.cli.argument_parser import Commands, Parser, point, stop_at
+from swarm.cli.fleet_lookup import add_client_options, fleet_bus, send_request
 from swarm.cli.steer.control import button
 from swarm.secure.names import OPERATOR
 
@@ -17,8 +17,8 @@ ACTIONS = {
 
 def order(options: argparse.Namespace) -> int:
     """Give a robot targets, instead of the stops that it has left; with --wait stay until the order has ended."""
-    from swarm.bridge.errand import Errand
-    from swarm.cli.steer import waiting
+    from swarm.bridge.errand import OrderErrand
+    from swarm.cli.steer import order_progress
     from swarm.messages import ORDER, Order
 
     name = options.id or uuid4().hex
@@ -28,26 +28,26 @@ def order(options: argparse.Namespace) -> int:
     request = Order(id=name, update=options.update, targets=targets, home=options.home, headings=headings)
     with fleet_bus(options, OPERATOR) as bus:
         if options.wait:
-            waiting.listen(bus, options.robot)  # before the request: nothing is missed
+            order_progress.listen(bus, options.robot)  # before the request: nothing is missed
         reply = bus.ask(ORDER, request, robot=options.robot)
         print(reply.text, flush=True)
         if not options.wait:
             return 0
-        return waiting.follow(bus, Errand.accepted(options.robot, request, reply))
+        return order_progress.follow_order(bus, OrderErrand.from_answer(options.robot, request, reply))
 
 
 def pool(options: argparse.Namespace) -> int:
     """Put targets into the pool: any robot that is free visits them."""
     from swarm.messages import POOL, PoolTargets
 
-    return tell(options, POOL, PoolTargets(id=options.id or uuid4().hex, targets=options.targets))
+    return send_request(options, POOL, PoolTargets(id=options.id or uuid4().hex, targets=options.targets))
 
 
 def act(options: argparse.Namespace) -> int:
     """Carry out an action for one robot."""
     from swarm.messages import ROBOT_ACTION, RobotAction, RobotDo
 
-    return tell(options, ROBOT_ACTION, RobotAction(do=RobotDo(options.action)), robot=options.robot)
+    return send_request(options, ROBOT_ACTION, RobotAction(do=RobotDo(options.action)), robot=options.robot)
 
 
 def stop(options: argparse.Namespace) -> int:
@@ -68,20 +68,20 @@ def add(commands: "Commands[Parser]") -> None:
     one.add_argument("--update", type=int, default=0, metavar="N", help=text)
     text = "stay until the order has ended, and print how far it is; status 0: done, 1: not; Ctrl-C leaves the order"
     one.add_argument("--wait", action="store_true", help=text)
-    of_a_client(one)
+    add_client_options(one)
     one.set_defaults(command=order)
     one = commands.add_parser("pool", help="give a running fleet targets that any free robot visits")
     one.add_argument("targets", type=point, nargs="+", metavar="X,Y", help="m; each is visited once, in any order")
     text = "name of the request, a new one by default; the same request given again changes nothing"
     one.add_argument("--id", metavar="NAME", help=text)
-    of_a_client(one)
+    add_client_options(one)
     one.set_defaults(command=pool)
     for name, text in ACTIONS.items():
         one = commands.add_parser(name, help=text)
         one.add_argument("robot", metavar="ROBOT")
-        of_a_client(one)
+        add_client_options(one)
         one.set_defaults(command=act, action=name.replace("-", "_"))
     one = commands.add_parser("stop", help="end the run; with ROBOT, stop only that robot until `swarm go-on`")
     one.add_argument("robot", nargs="?", metavar="ROBOT")
-    of_a_client(one)
+    add_client_options(one)
     one.set_defaults(command=stop, button="stop", action="stop")

@@ -9,9 +9,9 @@ from pathlib import Path
 from shutil import rmtree
 from typing import Final
 
-from swarm.installed import without
+from swarm.installation import hint_for_extra
+from swarm.launch.drill.fleet_under_drill import LiveFleet
 from swarm.launch.drill.floor import AT_DOOR, DOOR
-from swarm.launch.drill.live import LiveFleet
 from swarm.messages import Truth
 
 Fault = Callable[[LiveFleet], None]
@@ -41,15 +41,15 @@ def kill_in_turn(*names: str) -> Fault:
 
     def inject(live: LiveFleet) -> None:
         for name in names:
-            tick, pid = live.until(lambda truth: True, "the world").tick, live.member(name)
+            tick, pid = live.wait_for_truth(lambda truth: True, "the world").tick, live.member(name)
             os.kill(pid, signal.SIGKILL)
             live.await_that(partial(another, live, name, pid), f"another process of {name}")
-            live.until(partial(later, tick), f"ticks with another process of {name}")
+            live.wait_for_truth(partial(is_later, tick), f"ticks with another process of {name}")
 
     return inject
 
 
-def later(tick: int, truth: Truth) -> bool:
+def is_later(tick: int, truth: Truth) -> bool:
     """Return True if a truth is of a later tick."""
     return truth.tick > tick
 
@@ -81,7 +81,7 @@ def kill_in_door(live: LiveFleet) -> None:
     def there(bodies: Iterable[tuple[str, float, float]]) -> list[str]:
         return [name for name, x, y in bodies if dist((x, y), DOOR) < AT_DOOR]
 
-    truth = live.until(
+    truth = live.wait_for_truth(
         lambda truth: bool(there((body.robot, body.x, body.y) for body in truth.bodies)), "a robot in the door"
     )
     kill(there((body.robot, body.x, body.y) for body in truth.bodies)[0])(live)
@@ -117,7 +117,7 @@ def hold_up(*robots: str, gap: float) -> Fault:
                         except ProcessLookupError:
                             return
 
-        live.meanwhile(work)
+        live.run_in_background(work)
 
     return inject
 
@@ -135,18 +135,18 @@ def remove_folder(live: LiveFleet) -> None:
     rmtree(live.home.rename(live.home.parent.with_name("removed")))
 
 
-def hang_up(live: LiveFleet) -> None:
+def hang_up_launcher(live: LiveFleet) -> None:
     """Send SIGHUP to the launcher, as a terminal does that goes away."""
     os.kill(live.launcher, signal.SIGHUP)
 
 
-def nothing(live: LiveFleet) -> None:
+def do_nothing(live: LiveFleet) -> None:
     """Do nothing: the fault is in how the fleet was started."""
 
 
-def beside(*arguments: str) -> Fault:
+def run_beside(*arguments: str) -> Fault:
     """Return the fault that starts another `swarm` command in the same fleet; SCENARIO stands for the fleet's own."""
-    return lambda live: live.beside(*(str(live.scenario) if word == "SCENARIO" else word for word in arguments))
+    return lambda live: live.start_beside(*(str(live.scenario) if word == "SCENARIO" else word for word in arguments))
 
 
 def _offset(folder: Path) -> Path:
@@ -170,7 +170,7 @@ def shift_clock(live: LiveFleet) -> None:
     for shift in (f"+{HOUR}", f"-{HOUR}"):
         _offset(live.folder).write_text(f"{shift}\n", encoding="utf-8")
         tick = live.truth.tick if live.truth is not None else 0
-        live.until(lambda truth, tick=tick: truth.tick > tick + 40, "40 ticks after the clock was set")  # type: ignore[misc]
+        live.wait_for_truth(lambda truth, tick=tick: truth.tick > tick + 40, "40 ticks after the clock was set")  # type: ignore[misc]
 
 
 def lacks_faketime() -> str:
@@ -180,4 +180,4 @@ def lacks_faketime() -> str:
 
 def lacks_rerun() -> str:
     """Return what is missing for a dashboard, "" for nothing."""
-    return without("rerun") or ""
+    return hint_for_extra("rerun") or ""

@@ -8,7 +8,7 @@ import yaml
 from swarm.fuzzy import load_profile
 from swarm.maps.text import from_text
 from swarm.scenario.check import check
-from swarm.scenario.load import Scenario, checked
+from swarm.scenario.load import Scenario, check_values
 from world.simulate import Simulation
 
 ROBOTS: Final = 4
@@ -34,12 +34,15 @@ robots: 4
 limit: 300
 """
 LOSSY: Final = SCENARIO + "radio: {loss: 0.3}\n"
+POSE: Final = "error: 0.02, yaw_error_deg: 1.0"
+JUMPING: Final = SCENARIO + f"localisation: {{{POSE}, jumps: {{every: 8.0, distance: 0.3, robots: [r1]}}}}\n"
+MISPLACED: Final = SCENARIO + "localisation: {error: 0.2, yaw_error_deg: 3.0}\n"  # worse than a cell allows
 
 
 @cache
-def undisturbed() -> str:
+def undisturbed_digest() -> str:
     """Return the digest of the mission without a fault; in lockstep over processes it is the same."""
-    settings = checked(yaml.safe_load(SCENARIO), "drill")
+    settings = check_values(yaml.safe_load(SCENARIO), "drill")
     scenario = Scenario(settings, from_text(str(settings.map.text), settings.map.cell), load_profile("paper"))
     digest: str = Simulation.of(check(scenario, ROBOTS, settings.seed).scenario, ROBOTS, settings.seed).run()["digest"]
     return digest

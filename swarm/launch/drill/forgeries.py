@@ -12,8 +12,8 @@ from swarm.bus import Arrival, Bus
 from swarm.bus.codec import encode
 from swarm.errors import SwarmError
 from swarm.launch.drill.faults import Fault
+from swarm.launch.drill.fleet_under_drill import LOOK, LiveFleet
 from swarm.launch.drill.floor import ROBOTS
-from swarm.launch.drill.live import LOOK, LiveFleet
 from swarm.messages import (
     EDIT,
     JOIN,
@@ -33,7 +33,7 @@ from swarm.messages import (
     State,
     Truth,
 )
-from swarm.scenario.starts import names
+from swarm.scenario.starts import robot_names
 
 Make = Callable[[Truth], Iterable[tuple[str, Message]]]  # key and message, from the newest truth
 STOPS: Final = 2  # of each robot
@@ -59,24 +59,24 @@ KEYS: Final = (
 )  # fmt: skip
 
 
-def again(make: Make, then: Fault | None = None) -> Fault:
+def repeat_forgery(make: Make, then: Fault | None = None) -> Fault:
     """Return the fault that sends messages made from the newest truth for TICKS ticks, and does something ``then``."""
 
     def inject(live: LiveFleet) -> None:
-        first = live.until(lambda truth: True, "the truth").tick
+        first = live.wait_for_truth(lambda truth: True, "the truth").tick
         newest = first
         while newest < first + TICKS:
-            truth = live.until(lambda truth, newest=newest: truth.tick > newest, "the next tick")  # type: ignore[misc]
+            truth = live.wait_for_truth(lambda truth, newest=newest: truth.tick > newest, "the next tick")  # type: ignore[misc]
             newest = truth.tick
             for key, message in make(truth):
-                live.stranger.put(key, encode(message))
+                live.stranger.send_bytes(key, encode(message))
         if then is not None:
             then(live)
 
     return inject
 
 
-def commands(*robots: str, **fields: object) -> Make:
+def forge_commands(*robots: str, **fields: object) -> Make:
     """Return what makes a command of each of some robots; apart from the ``fields`` it is that of one that stands."""
     stands = {
         "left": 0.0, "right": 0.0, "heading": 0.0, "activity": Activity.DRIVE, "reached": [False] * STOPS,
@@ -90,7 +90,7 @@ def commands(*robots: str, **fields: object) -> Make:
     return make
 
 
-def another_run(truth: Truth) -> Iterable[tuple[str, Message]]:
+def forge_new_run(truth: Truth) -> Iterable[tuple[str, Message]]:
     """r1 is told that a new run has begun."""
     yield (
         "robot/r1/sense",
@@ -113,17 +113,17 @@ def all_reached(truth: Truth) -> Iterable[tuple[str, Message]]:
     )  # fmt: skip
 
 
-def far_ahead(live: LiveFleet) -> None:
+def forge_future_sense(live: LiveFleet) -> None:
     """Send r1 a `sense` in the name of its world, with a tick far ahead."""
     with Bus(live.endpoint, live.fleet, lambda line: None) as bus:
         bus.listen(SENSE, robot="r1")
         heard = live.await_that(lambda: bus.receive(LOOK), "a sense of r1").message
     for _ in range(TICKS):
-        live.stranger.put("robot/r1/sense", encode(replace(heard, tick=heard.tick + AHEAD, hears=[])))
+        live.stranger.send_bytes("robot/r1/sense", encode(replace(heard, tick=heard.tick + AHEAD, hears=[])))
         live.take()
 
 
-def false_leaves(live: LiveFleet) -> None:
+def forge_leaves(live: LiveFleet) -> None:
     """Say in the name of each robot that it leaves; its session is read from its token."""
     with Bus(live.endpoint, live.fleet, lambda line: None) as bus:
         bus.watch_presence("robot")
@@ -132,7 +132,7 @@ def false_leaves(live: LiveFleet) -> None:
             bus.ask(LEAVE, Leave(robot=here.id, session=here.session))
 
 
-def false_joins(live: LiveFleet) -> None:
+def forge_joins(live: LiveFleet) -> None:
     """Ask for the place of r1 again and again, for sessions that nobody has, and kill r1."""
 
     def work() -> None:
@@ -143,42 +143,42 @@ def false_joins(live: LiveFleet) -> None:
                 with suppress(SwarmError):  # a refusal is an answer
                     bus.ask(JOIN, Join(robot="r1", session=f"nobody-{number}", world=None))
 
-    live.meanwhile(work)
+    live.run_in_background(work)
     os.kill(live.member("r1"), signal.SIGKILL)
 
 
-def over(truth: Truth) -> Iterable[tuple[str, Message]]:
+def forge_end(truth: Truth) -> Iterable[tuple[str, Message]]:
     """The world says that the run is over."""
-    robots = list(names(ROBOTS))
+    robots = list(robot_names(ROBOTS))
     yield (
         "world/clock",
         Clock(run=truth.run, tick=truth.tick, time=100_000.0, phase=Phase.OVER, robots=robots, present=robots),
     )
 
 
-def pretend(token: str, victim: str) -> Fault:
+def forge_presence(token: str, victim: str) -> Fault:
     """Return the fault that announces somebody who is not there, and then kills a robot."""
 
     def inject(live: LiveFleet) -> None:
-        live.stranger.pretend(token)
+        live.stranger.announce_absent(token)
         os.kill(live.member(victim), signal.SIGKILL)
 
     return inject
 
 
-def false_host(live: LiveFleet) -> None:
+def forge_host(live: LiveFleet) -> None:
     """Answer for the world when robots join, and kill one."""
     live.stranger.answer("world/join", lambda request: b"\xff")
     os.kill(live.member("r1"), signal.SIGKILL)
 
 
-def everywhere(live: LiveFleet) -> None:
+def send_on_all_keys(live: LiveFleet) -> None:
     """Send one message on all keys at once."""
     for payload in RUBBISH:
-        live.stranger.put("**", payload)
+        live.stranger.send_bytes("**", payload)
 
 
-def old_and_false_words(live: LiveFleet) -> None:
+def forge_broadcasts(live: LiveFleet) -> None:
     """Send the broadcasts of a while again, and false ones in the name of r2."""
     with Bus(live.endpoint, live.fleet, lambda line: None) as bus:
         bus.listen(RADIO)
@@ -186,10 +186,10 @@ def old_and_false_words(live: LiveFleet) -> None:
     for _ in range(20):
         for one in heard:
             key = RADIO.key.format(**one.ids)
-            live.stranger.put(key, encode(one.message))
+            live.stranger.send_bytes(key, encode(one.message))
             if one.ids["robot"] == "r2":
                 message = one.message
-                live.stranger.put(key, encode(type(message)(
+                live.stranger.send_bytes(key, encode(type(message)(
                     robot="r2", run=message.run, tick=message.tick, x=6.5, y=3.5, yaw=0.0, activity=Activity.DONE,
                     target=STOPS, distance=0.0, reached=[True] * STOPS,
                 )))  # fmt: skip
@@ -203,10 +203,10 @@ def garbage(live: LiveFleet) -> None:
         number = 0
         while not live.over.wait(0.01):
             for _ in range(GARBAGE // 100):
-                live.stranger.put(KEYS[number % len(KEYS)], RUBBISH[number % len(RUBBISH)])
+                live.stranger.send_bytes(KEYS[number % len(KEYS)], RUBBISH[number % len(RUBBISH)])
                 number += 1
 
-    live.meanwhile(work)
+    live.run_in_background(work)
 
 
 def edits(kinds: tuple[Kind, ...], count: int) -> Fault:
@@ -222,6 +222,6 @@ def edits(kinds: tuple[Kind, ...], count: int) -> Fault:
                     with suppress(SwarmError):  # a refusal is an answer
                         bus.ask(EDIT, Edit(kind=kinds[number % len(kinds)], low=low, high=high))
 
-        live.meanwhile(work)
+        live.run_in_background(work)
 
     return inject

@@ -22,13 +22,13 @@ class Observed:
     expected: tuple[str, ...] = field(default=())  # parts of the output that the row demands
 
     @property
-    def unreached(self) -> dict[str, int]:
+    def missing_stops(self) -> dict[str, int]:
         """How many stops each robot lacks, of those that lack any."""
         lacking = {name: row["reached"].count(None) for name, row in self.report.get("per_robot", {}).items()}
         return {name: count for name, count in lacking.items() if count}
 
 
-def ended(seen: Observed) -> str:
+def ends_by_itself(seen: Observed) -> str:
     """Check that the command ended by itself."""
     return "" if seen.status is not None else "it did not end in time"
 
@@ -45,7 +45,7 @@ def nothing_lost(seen: Observed) -> str:
     """Check that the report has a time for every stop of every robot, in order."""
     if not seen.report.get("per_robot"):
         return "the report has no robots"
-    lost = ", ".join(f"{name} lacks {count} target{'s' * (count > 1)}" for name, count in seen.unreached.items())
+    lost = ", ".join(f"{name} lacks {count} target{'s' * (count > 1)}" for name, count in seen.missing_stops.items())
     rows = {
         name: [time for time in row["reached"] if time is not None] for name, row in seen.report["per_robot"].items()
     }
@@ -91,7 +91,7 @@ def only_lost_lack(seen: Observed) -> str:
     """Check that a robot was given up and named, and that every other one has finished."""
     if not (lost := seen.report.get("lost")):
         return "no robot is named as lost"
-    others = [name for name in seen.unreached if name not in lost]
+    others = [name for name in seen.missing_stops if name not in lost]
     return f"{', '.join(others)} did not finish either" if others else ""
 
 
@@ -103,16 +103,16 @@ def in_order(seen: Observed) -> str:
     return "" if reason == "interrupted" and seen.report.get("ticks") else f"the report's reason: {reason}"
 
 
-def said(seen: Observed) -> str:
+def output_complete(seen: Observed) -> str:
     """Check that the output has what the row demands."""
     missing = [part for part in seen.expected if part not in seen.text]
     return f"not said: {', '.join(missing)}" if missing else ""
 
 
 Law = Callable[[Observed], str]
-ALWAYS: Final[tuple[Law, ...]] = (ended, no_contact, nothing_left, no_traceback)
+ALWAYS: Final[tuple[Law, ...]] = (ends_by_itself, no_contact, nothing_left, no_traceback)
 WHOLE: Final[tuple[Law, ...]] = (complete, nothing_lost, nothing_doubled)
-LAWS: Final[tuple[Law, ...]] = (*ALWAYS, *WHOLE, no_overlap, same_run, only_lost_lack, in_order, said)
+LAWS: Final[tuple[Law, ...]] = (*ALWAYS, *WHOLE, no_overlap, same_run, only_lost_lack, in_order, output_complete)
 
 
 def broken(laws: Sequence[Law], seen: Observed) -> list[str]:

@@ -16,7 +16,7 @@ from typing import Any, Final
 from swarm.errors import SwarmError
 from swarm.launch.supervise.table import CRASHED
 from swarm.process_name import name_process
-from swarm.stopping import leave_terminal_to_parent
+from swarm.stop_signal import leave_terminal_to_parent
 
 GRACE: Final = 20.0  # s from SIGTERM to SIGKILL without a launcher; a dashboard finishes its file within that
 
@@ -55,11 +55,11 @@ def main(run: str, arguments: dict[str, Any], log: Path) -> None:
     except Exception:  # a fault of ours: the launcher starts a process again that ended so
         traceback.print_exc()
     with suppress(OSError):
-        status_of(log).write_text(str(status or 0), encoding="utf-8")
+        status_file_of(log).write_text(str(status or 0), encoding="utf-8")
     os._exit(status or 0)  # without the exit handlers of the fork server
 
 
-def status_of(log: Path) -> Path:
+def status_file_of(log: Path) -> Path:
     """Return the file with the exit status of a process that ended by itself, for a launcher without a fork server."""
     return log.with_suffix(".status")
 

@@ -95,7 +95,7 @@ class Running:
     def __init__(self, role: Role, process: BaseProcess, log: Path) -> None:
         self.role = role
         self._process = process
-        self._status = child.status_of(log)
+        self._status = child.status_file_of(log)
         try:
             self.descriptor: int | None = os.pidfd_open(process.pid or 0)
         except ProcessLookupError:  # it has ended already
@@ -165,7 +165,7 @@ class Fleet:
 
     def _launch(self, role: Role, name: str) -> None:
         arguments = role.again(self._arguments[name], self.starts[name] + 1)
-        child.status_of(self.log_of(name)).unlink(missing_ok=True)
+        child.status_file_of(self.log_of(name)).unlink(missing_ok=True)
         process = self._context.Process(
             target=child.main, args=(role.run, dict(arguments), self.log_of(name)), name=name, daemon=False
         )

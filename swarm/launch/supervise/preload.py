@@ -8,18 +8,18 @@ import os
 from contextlib import suppress
 from pathlib import Path
 
-from swarm import compiled, garbage
+from swarm import garbage, kernels
 from swarm.errors import SwarmError
 from swarm.launch.supervise.fleet import SOURCE
-from swarm.launch.supervise.rehearsal import rehearse
+from swarm.launch.supervise.rehearsal import rehearse_mission
 from swarm.scenario.source import Source
-from swarm.stopping import leave_terminal_to_parent
+from swarm.stop_signal import leave_terminal_to_parent
 
 leave_terminal_to_parent()
 
-compiled.load()
+kernels.load()
 if SOURCE in os.environ:
     file, scen, robots, serve = json.loads(os.environ.pop(SOURCE))
     with suppress(SwarmError):  # the launcher reads the same files and says what is wrong with them
-        rehearse(Source(Path(file), None if scen is None else Path(scen), robots, serve))
-garbage.seldom()  # and it does not touch the shared pages again
+        rehearse_mission(Source(Path(file), None if scen is None else Path(scen), robots, serve))
+garbage.collect_seldom()  # and it does not touch the shared pages again

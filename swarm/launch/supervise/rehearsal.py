@@ -17,7 +17,7 @@ ROBOTS: Final = 2  # most that drive; two hear each other
 TICKS: Final = 5  # all code of a tick has run; more ticks save no more memory
 
 
-def rehearse(source: Source) -> None:
+def rehearse_mission(source: Source) -> None:
     """Read a scenario, send it and all messages of a few ticks through the codec, and drive it for these ticks.
 
     Raises:

@@ -39,16 +39,16 @@ def without_window(arguments: dict[str, Any], number: int) -> dict[str, Any]:
     return arguments if number == 1 else arguments | {"open_page": False}
 
 
-def to_another_file(arguments: dict[str, Any], number: int) -> dict[str, Any]:
+def arguments_for_next_file(arguments: dict[str, Any], number: int) -> dict[str, Any]:
     """Return the arguments of a dashboard or a recorder that is started again: it records in another file."""
     record: Path | None = arguments["record"]
-    return arguments if record is None else arguments | {"record": numbered(record, number)}
+    return arguments if record is None else arguments | {"record": numbered_file(record, number)}
 
 
-def numbered(record: Path, number: int) -> Path:
+def numbered_file(record: Path, number: int) -> Path:
     """Return the file in which start ``number`` of a process records, if the first one records in ``record``.
 
-    >>> numbered(Path("run.rrd"), 2).name
+    >>> numbered_file(Path("run.rrd"), 2).name
     'run.2.rrd'
     """
     return record if number == 1 else record.with_stem(f"{record.stem}.{number}")
@@ -65,9 +65,9 @@ WORLD: Final     = Role("world",     "world.host.process:run",         FINISH,  
                         grace=REPORTS)
 ROBOT: Final     = Role("robot",     "swarm.robot.host.process:run",   LEAVE,      RESTART,    RESTART,  LOSE)
 DASHBOARD: Final = Role("dashboard", "dashboard.process:run",          LEAVE,      REPORT,     RESTART,  REPORT,
-                        again=to_another_file)
+                        again=arguments_for_next_file)
 RECORDER: Final  = Role("recorder",  "swarm.bridge.foxglove.process:record", LEAVE,  REPORT,     RESTART,  REPORT,
-                        again=to_another_file)
+                        again=arguments_for_next_file)
 BOX: Final       = Role("box",       "dashboard.box.process:run",      RESTART,    REPORT,     RESTART,  REPORT,
                         again=without_window)
 ROS2: Final      = Role("ros2",      "swarm.bridge.ros2.process:run",  LEAVE,      REPORT,     RESTART,  REPORT)

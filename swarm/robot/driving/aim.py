@@ -19,7 +19,7 @@ from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
 
 
 class Aiming:
-    """The aims of one robot, whose footprint has a ``radius`` [m]. The last answer is cached.
+    """Chooses the points that one robot steers to; its footprint has a ``radius`` [m]. The last answer is cached.
 
     ``lattice`` are cells of any floor: only where they lie counts, which stays the same for a whole run.
     """
@@ -33,47 +33,55 @@ class Aiming:
         self._aimed: Point = (0.0, 0.0)
         self._shut_for: tuple[tuple[int, ...], NDArray[np.float64]] = ((), np.empty((0, 4)))
 
-    def choose(self, grid: Grid | None, pose: Pose, held: Sequence[int], waypoints: Sequence[Point]) -> Point:
+    def choose(
+        self, grid: Grid | None, pose: Pose, held: Sequence[int], waypoints: Sequence[Point], uncertainty: float = 0.0
+    ) -> Point:
         """Return the farthest point [m] that the footprint reaches in a straight line through held cells.
 
         The aim is a waypoint, the centre of the last cell, or a point between the first two waypoints. The first
         waypoint is the centre of the robot's cell. If nothing of that is reached, the aim is another point in the cell
         of a later waypoint, else a point of a path over the floor to one, else that centre. ``grid`` is the floor as
-        the robot knows it now; with None the whole area of every cell is free.
+        the robot knows it now; with None the whole area of every cell is free. The footprint may be off by
+        ``uncertainty`` [m].
         """
-        asked = (pose, grid, tuple(held), tuple(waypoints))
+        asked = (pose, grid, tuple(held), tuple(waypoints), uncertainty)
         if asked != self._aimed_for:
             self._aimed_for, self._aimed = asked, self._choose(*asked)
         return self._aimed
 
-    def _choose(self, pose: Pose, grid: Grid | None, held: tuple[int, ...], waypoints: tuple[Point, ...]) -> Point:
-        shut = self.shut(held)
-        x, y, _ = self.local(pose)
+    def _choose(
+        self, pose: Pose, grid: Grid | None, held: tuple[int, ...], waypoints: tuple[Point, ...], uncertainty: float
+    ) -> Point:
+        shut = self.shut_boxes(held)
+        x, y, _ = self.to_lattice_frame(pose)
         (x0, y0), (x1, y1) = waypoints[0], waypoints[min(1, len(waypoints) - 1)]
         between = [(x0 + share * (x1 - x0), y0 + share * (y1 - y0)) for share in AIM.shares]
         last = self._lattice.cell_of(*waypoints[-1])  # its centre may be free where a point beside it is not
         middle = [self._lattice.centre(last)] if last != OUTSIDE and len(waypoints) > 1 else []
         ways = [*reversed(waypoints[1:]), *middle, *between]
         here_x, here_y, _ = pose
-        least = self._radius + AIM.tight_gap
 
         def is_far(point: Point) -> bool:
             return hypot(point[0] - here_x, point[1] - here_y) > AIM.nearest
 
-        def reached(points: Iterable[Point], spare: float) -> Point | None:
+        def find_reached(points: Iterable[Point], spare: float, off: float = 0.0) -> Point | None:
+            radius = self._radius + off
             for point in points:
-                clear = line_is_clear(shut, x, y, *self._flat(point), least, self._radius + spare)
+                clear = line_is_clear(shut, x, y, *self._flat(point), radius + AIM.tight_gap, radius + spare)
                 if clear and (grid is None or line_is_free(grid, (here_x, here_y), point, spare)):
                     return point
             return None
 
         far = list(filter(is_far, ways))
-        for spare in (AIM.gap, AIM.tight_gap):
-            if (aim := reached(far or [waypoints[0]], spare)) is not None:
-                return aim
-        if reached([waypoints[0]], AIM.tight_gap) is None:
-            entry = reached(filter(is_far, self._entries(pose, waypoints[1:])), AIM.tight_gap)
-            return entry or next(filter(is_far, self._back(grid, (here_x, here_y), waypoints)), waypoints[0])
+        for off in (uncertainty, 0.0) if uncertainty else (0.0,):  # an aim that it may miss is better than none
+            for spare in (AIM.gap, AIM.tight_gap):
+                if (aim := find_reached(far or [waypoints[0]], spare, off)) is not None:
+                    return aim
+        if find_reached([waypoints[0]], AIM.tight_gap) is None:
+            entry = find_reached(filter(is_far, self._entries(pose, waypoints[1:])), AIM.tight_gap)
+            return entry or next(
+                filter(is_far, self._points_back_to_way(grid, (here_x, here_y), waypoints)), waypoints[0]
+            )
         return waypoints[0]
 
     def _entries(self, pose: Pose, waypoints: Sequence[Point]) -> Iterator[Point]:
@@ -82,7 +90,7 @@ class Aiming:
         A robot that used a cell beside its way as room may see no waypoint from there. If that cell is half wall, its
         middle is no place to drive to.
         """
-        x, y, _ = self.local(pose)
+        x, y, _ = self.to_lattice_frame(pose)
         cells, room = self._lattice, max(0.0, self._lattice.side / 2 - self._radius - AIM.tight_gap)
         for cell in (cells.cell_of(*point) for point in reversed(waypoints)):
             if cell == OUTSIDE:
@@ -92,7 +100,7 @@ class Aiming:
             for share in (1.0, *AIM.shares):
                 yield from_frame(cells.occupancy.origin, u + share * along, v + share * up)
 
-    def _back(self, grid: Grid | None, here: Point, waypoints: Sequence[Point]) -> Iterator[Point]:
+    def _points_back_to_way(self, grid: Grid | None, here: Point, waypoints: Sequence[Point]) -> Iterator[Point]:
         """Yield points in sight on a path over the floor to the next waypoint off the walls [m], the farthest first.
 
         A robot beside its way, behind a corner, may have to drive through cells that it does not hold yet.
@@ -119,12 +127,12 @@ class Aiming:
         x, y = point[0] - x0, point[1] - y0
         return c * x + s * y, c * y - s * x
 
-    def local(self, pose: Pose) -> Pose:
+    def to_lattice_frame(self, pose: Pose) -> Pose:
         """Return a pose in the lattice's own frame."""
         x, y, yaw = pose
         return Pose(*self._flat((x, y)), yaw - self._lattice.occupancy.origin.yaw)
 
-    def shut(self, held: Collection[int]) -> NDArray[np.float64]:
+    def shut_boxes(self, held: Collection[int]) -> NDArray[np.float64]:
         """Return the cells beside held ones that are not held: (n, 4) of low x, low y, high x, high y [m, lattice]."""
         cells, held = self._lattice, tuple(held)
         if held == self._shut_for[0]:

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable
 from functools import partial
 from math import inf
-from typing import Final, NamedTuple
+from typing import Final
 
 import numpy as np
 from msgspec.structs import replace
@@ -12,17 +12,19 @@ from swarm.fuzzy import Controller
 from swarm.geometry import Pose, Twist, bearing, distance, wrap
 from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.messages import COMMAND, Activity, Broadcast, Sense
-from swarm.motion.drive import DifferentialDrive, gap
-from swarm.planning.rays import free_on_map
+from swarm.motion.drive import DifferentialDrive, gap_to_boxes
+from swarm.planning.rays import free_on_map, least_free_on_map
 from swarm.robot.driving.aim import Aiming, distance_along
 from swarm.robot.driving.evasion import Evasion
+from swarm.robot.driving.last_tick import Assignment, Driven, LastTick
+from swarm.robot.driving.lateness import LateLimiter, Lateness
 from swarm.robot.driving.pilot import PilotInputs, PilotOutputs
+from swarm.robot.driving.pose_limiter import PoseLimit, PoseLimiter
 from swarm.robot.driving.safety import (
     NO_BODIES,
     STAND,
     Constraints,
     DriveState,
-    Lateness,
     RimSpeeds,
     SafetyFilter,
     WheelSpeeds,
@@ -31,7 +33,7 @@ from swarm.robot.driving.tables import Detour, Rollout, fuzzy_speeds, scale_of
 from swarm.robot.ground import Block
 from swarm.robot.mission import targets_of_others
 from swarm.robot.sectors import sectors
-from swarm.robot.tuning import PILOT, SCALE
+from swarm.robot.tuning import PILOT, SAFETY, SCALE
 from swarm.settings import Settings
 from swarm.traffic.interface import TrafficActivity, TrafficInputs, TrafficOutputs
 from swarm.traffic.lattice.cell_map import CellMap
@@ -39,8 +41,8 @@ from swarm.traffic.lattice.placement import cells_of, comes_near
 from swarm.traffic.obstacles.detector import WATCH
 from swarm.traffic.obstacles.scan import Scan
 from swarm.traffic.outputs import StepResult
-from swarm.traffic.peers.uncooperative import Spoken
-from swarm.traffic.progress_checker import ProgressChecker, shorter_way
+from swarm.traffic.peers.uncooperative import MuteBroadcast
+from swarm.traffic.progress_checker import ProgressChecker, make_way_length_test
 from swarm.traffic.settings import NEAR
 from swarm.traffic.step import Traffic
 
@@ -50,38 +52,8 @@ ROLLS_UP: Final = frozenset({TrafficActivity.DRIVING, TrafficActivity.WAITING}) 
 GIVES_WAY: Final = frozenset({TrafficActivity.WAITING, TrafficActivity.STANDING, TrafficActivity.LEADING})
 
 
-class Driven(NamedTuple):
-    """How a robot drove in one tick, as far as the next one needs it."""
-
-    speeds: WheelSpeeds = STAND
-    heading: float = 0.0  # rad, that the tables got
-    scale: float = 1.0  # the tables got the sensed distances divided by this
-    drawn_to: Point | None = None  # m, the aim if all the floor were granted
-    circles: bool = False  # its way did not become shorter for long
-    target: int = -1  # the stop for which this was counted
-
-
-class Assignment(NamedTuple):
-    """What coordination was asked for; if it changes, a step is due at once."""
-
-    goal: Point | None = None  # m
-    stopped: bool = False  # it was told to stop
-    cells: CellMap | None = None
-
-
-class LastTick(NamedTuple):
-    """What the driver keeps of the last tick."""
-
-    driven: Driven = Driven()
-    rolled: tuple[int, ...] = ()  # cells that the tables would drive over, by the last rollout
-    kept_away: int = 0  # ticks that it was kept from its place since it is done
-    granted: TrafficOutputs | None = None  # None: there was no tick before
-    asked: Assignment = Assignment()
-    unheard: tuple[Broadcast, ...] = ()  # broadcasts that came since the last step of coordination
-
-
 class CellPilot:
-    """The driver of one robot: it follows the cells that ``swarm.traffic.traffic`` grants.
+    """The driver of one robot: it follows the cells that traffic grants.
 
     While others are near, the body stays in the held cells. While nobody is near, the cells around the body are
     drivable too. The fuzzy tables steer to the aim, which the safety filter does not know.
@@ -103,53 +75,59 @@ class CellPilot:
         self._detour = Detour(self._filter)
         self._evasion = Evasion(settings)
         self._rollout = Rollout(controller, settings)
+        self._late_limiter = LateLimiter(self._filter, settings)
         self._lateness = Lateness(robot.wheel_acceleration, 1.0 / settings.rate)
+        self._pose_limiter = PoseLimiter(cells.side / 2 - self._room, robot.top_speed)
         self._before = LastTick()
-        self._progress = ProgressChecker(shorter_way(PILOT.longer))
+        self._progress = ProgressChecker(make_way_length_test(PILOT.longer))
         self._could_drive = 0  # ticks
         self._aiming = Aiming(cells, robot.radius)
 
     @property
-    def decided(self) -> StepResult | None:
+    def last_decision(self) -> StepResult | None:
         """The decisions of its last step of coordination; None: it has made none."""
         return self._traffic.decided
 
     def drive(self, inputs: PilotInputs) -> PilotOutputs:
         """Return what the robot does at one tick."""
         sense, pose, before = inputs.sense, inputs.pose, self._before
-        kept_away = self._kept_away(inputs, before)
+        kept_away = self._ticks_kept_away(inputs, before)
         settles = kept_away > PILOT.settles_after * self._settings.rate
         idle = inputs.done and (settles or inputs.anywhere or self._cells.cell_of(*inputs.goal) in self._wanted)
         scan = self._scan(inputs)
+        limit, uncertainty = self._pose_limiter.check(inputs.estimate), self._uncertainty(inputs)
+        stands = sense.stopped or limit.stands
         body = DriveState(pose, *self._drive.rim_speeds(Twist(sense.linear, sense.angular)))
         late = self._lateness.compare(sense.tick, (body.left, body.right))
-        rolled = self._rolled(inputs, body, before)
+        rolled = self._rollout_cells(inputs, body, before)
         unheard = (*before.unheard, *inputs.heard)
-        asked = Assignment(None if idle else inputs.goal, sense.stopped, self._cells)
+        asked = Assignment(None if idle else inputs.goal, stands, self._cells)
         if before.granted is None or asked != before.asked or self._traffic.is_due(sense.tick, scan):
             sweeps = () if before.driven.drawn_to is None or before.driven.circles else rolled
             braking = self._filter.braking(body, self._under_way(late, before))
-            asks = self._traffic_inputs(inputs, unheard, asked.goal, scan)._replace(braking=braking, sweeps=sweeps)
+            asks = self._traffic_inputs(inputs, unheard, asked.goal, scan)._replace(
+                braking=braking, sweeps=sweeps, stands=stands, lost=limit.stands, uncertainty=uncertainty
+            )
             granted, unheard = self._traffic.step(asks, self._cells), ()
         else:
-            granted = before.granted.again()
+            granted = before.granted.without_messages()
         driven = (
             before.driven._replace(speeds=STAND, heading=0.0)
-            if sense.stopped
-            else self._wheels(inputs, granted, body, scan, late, before.driven)
+            if stands
+            else self._wheels(inputs, granted, body, scan, late, before.driven, limit, uncertainty)
         )
         self._lateness.command(driven.speeds)
         self._before = LastTick(driven, rolled, kept_away, granted, asked, unheard)
         return PilotOutputs(
             driven.speeds,
             driven.heading,
-            self._activity(inputs, granted, idle=idle),
+            self._activity(inputs, granted, idle=idle, lost=limit.stands),
             held=granted.held,
             unconstrained=granted.unconstrained,
             scale=driven.scale,
             waits=granted.waits,
             members=granted.members,
-            notes=[(event.kind, event.text) for event in granted.events],
+            notes=[*limit.notes, *((event.kind, event.text) for event in granted.events)],
             traffic=granted.broadcast,
         )
 
@@ -168,9 +146,9 @@ class CellPilot:
             done=inputs.done,
             path=() if path is None or inputs.done else path.points,
             heard=[broadcast.traffic for broadcast in heard if broadcast.traffic is not None],
-            stands=sense.stopped,
+            jumped=inputs.estimate.jumped > 0.0,
             mute=[
-                Spoken(said.robot, said.tick, Pose(said.x, said.y, said.yaw), said.activity in RESTS)
+                MuteBroadcast(said.robot, said.tick, Pose(said.x, said.y, said.yaw), said.activity in RESTS)
                 for said in heard
                 if said.traffic is None and said.run == sense.run and said.robot != self._traffic.me
             ],
@@ -193,7 +171,7 @@ class CellPilot:
         """Update the cells from changed blocks of a learned map; return True if cells or their joins changed."""
         before = self._cells
         for low, high in blocks:
-            self._cells = self._cells.changed(floor, low, high)
+            self._cells = self._cells.update_cells(floor, low, high)
         return self._cells.neighbours is not before.neighbours
 
     def robot_at(self, tick: int) -> Callable[[Point], bool]:
@@ -212,8 +190,13 @@ class CellPilot:
         scan: Scan,
         late: tuple[RimSpeeds, ...],
         before: Driven,
+        limit: PoseLimit,
+        uncertainty: float,
     ) -> Driven:
-        """Choose the wheel speeds. ``late`` are the commands [m/s] that the wheels have not carried out yet."""
+        """Choose the wheel speeds; the body may be off by ``uncertainty`` [m].
+
+        ``late`` are the commands [m/s] that the wheels have not carried out yet.
+        """
         sense, pose, grid = inputs.sense, inputs.pose, inputs.navigator.grid
         bodies = np.array(granted.beside, np.float64) if granted.beside else NO_BODIES
         if granted.face is not None and not granted.threats:
@@ -222,22 +205,23 @@ class CellPilot:
             return before._replace(speeds=self._filter.face(body, error), heading=error)
         if inputs.heading is not None and not granted.threats and self._is_there(inputs):
             self._detour.end()
-            then = self._filter.after(body, self._lateness.expected())
+            then = self._filter.state_after(body, self._lateness.expected_commands())
             error = wrap(inputs.heading - then.pose.yaw)
             return before._replace(speeds=self._filter.face(then, error), heading=error)
-        aim = self._aiming.choose(grid, pose, granted.drivable, granted.waypoints)
+        aim = self._aiming.choose(grid, pose, granted.drivable, granted.waypoints, uncertainty)
         seen = sense.bearings[inputs.target] if inputs.target >= 0 and distance(aim, inputs.goal) < 1e-9 else None
         heading = bearing(pose, aim) if seen is None else seen
         drawn_to = aim if granted.exactly else self._aiming.beyond(grid, pose, granted.way[1 : PILOT.in_view], aim)
-        shut, local = self._aiming.shut(granted.drivable), self._aiming.local(pose)
-        near = scan.bodies(self._traffic.settings, WATCH) if late and granted.threats else ()
+        shut, local = self._aiming.shut_boxes(granted.drivable), self._aiming.to_lattice_frame(pose)
+        near = scan.body_readings(self._traffic.settings, WATCH) if late and granted.threats else ()
         nearest = min((reading.measured for reading in near), default=inf)
-        fastest = self._filter.near_threats(body, late, granted.threats, nearest)
-        away = self._away(sense, Constraints(grid, shut, local, bodies, fastest=fastest), granted)
+        fastest = min(limit.fastest, self._filter.near_threats(body, late, granted.threats, nearest))
+        clear = Constraints(grid, shut, local, bodies, fastest=fastest, uncertainty=uncertainty)
+        away = self._speeds_out_of_way(sense, clear, granted)
         if away is not None:
             return before._replace(speeds=away, heading=heading, drawn_to=drawn_to)
         nowhere = self._count_nowhere(inputs, granted, before.target)
-        scale = scale_of(granted, gap(shut, local.x, local.y), heading, nowhere)
+        scale = scale_of(granted, gap_to_boxes(shut, local.x, local.y), heading, nowhere)
         circles, target = nowhere > PILOT.nowhere_after, inputs.target
         within = distance_along(pose, granted.waypoints)
         if within <= NEAR or self._rests(inputs, granted):
@@ -245,46 +229,55 @@ class CellPilot:
                 self._detour.end()
                 return Driven(STAND, heading, scale, drawn_to, circles, target)
             within, heading, scale = 0.0, bearing(pose, self._cells.centre(granted.way[1])), SCALE.turning
-        constraints = Constraints(grid, shut, local, bodies, within, granted.looks, granted.may_drive, fastest)
+        constraints = clear._replace(stop_within=within, slowly=granted.looks, may_drive=granted.may_drive)
         if (aside := self._detour.heading(sense, constraints)) is not None:
             heading, scale = aside, SCALE.detour
         tables = fuzzy_speeds(self._controller, self._settings.robot, sense, heading, scale)
         if granted.threats and self._evasion.threatens(sense, tables, constraints, granted.threats):
             constraints = constraints._replace(may_drive=False)
-        if expected := self._lateness.expected():
+        if expected := self._lateness.expected_commands():
             sense, constraints = self._when_obeyed(sense, constraints, body, expected)
-        return Driven(self._filter.check(sense, tables, constraints), heading, scale, drawn_to, circles, target)
+        speeds = self._filter.check(sense, tables, constraints)
+        speeds = self._late_limiter.limit(speeds, body, late, grid, self._cells, {*granted.held, *granted.drivable})
+        return Driven(speeds, heading, scale, drawn_to, circles, target)
 
     def _when_obeyed(
         self, sense: Sense, constraints: Constraints, body: DriveState, expected: tuple[RimSpeeds, ...]
     ) -> tuple[Sense, Constraints]:
         """Return both as they are expected to be when the wheels obey the next command [m/s], after ``expected``."""
-        pose, left, right = self._filter.after(body, expected)
+        pose, left, right = self._filter.state_after(body, expected)
         linear, angular = self._drive.twist(left, right)
         front = max(0.0, sense.front - distance(body.pose, pose))
         then = replace(sense, x=pose.x, y=pose.y, yaw=pose.yaw, linear=linear, angular=angular, front=front)
-        return then, constraints._replace(local=self._aiming.local(pose))
+        return then, constraints._replace(local=self._aiming.to_lattice_frame(pose))
 
-    def _away(self, sense: Sense, constraints: Constraints, granted: TrafficOutputs) -> WheelSpeeds | None:
+    def _speeds_out_of_way(self, sense: Sense, constraints: Constraints, granted: TrafficOutputs) -> WheelSpeeds | None:
         """Return the speeds that take the robot out of a threat's way; None: no threat, or standing is as good."""
         if not granted.threats:
             return None
-        wished = self._aiming.shut((*granted.drivable, *granted.room))
+        wished = self._aiming.shut_boxes((*granted.drivable, *granted.room))
         out = self._evasion.way_out(sense, constraints, wished, granted.threats)
-        return None if out is None else self._filter.out(sense, out, constraints)
+        return None if out is None else self._filter.limit_way_out(sense, out, constraints)
 
     def _turns_meanwhile(self, granted: TrafficOutputs) -> bool:
         """Return True if the robot turns towards its way while it waits, in a passage too narrow to turn in later."""
         passage = len(self._cells.neighbours[granted.way[0]]) <= PILOT.passage
         return passage and len(granted.way) > 1 and len(granted.held) == 1
 
-    def _rolled(self, inputs: PilotInputs, body: DriveState, before: LastTick) -> tuple[int, ...]:
+    def _rollout_cells(self, inputs: PilotInputs, body: DriveState, before: LastTick) -> tuple[int, ...]:
         """Return the cells that the tables would drive over in the next seconds if all the floor were granted."""
         last = before.driven
         if last.drawn_to is None or last.circles or inputs.sense.tick % PILOT.rolled_every:
             return before.rolled
         points = self._rollout(inputs.sense, body, last.drawn_to, last.scale)
-        return self._cells.swept_in_order(points, self._room)
+        return self._cells.swept_in_order(points, self._room + inputs.estimate.error)
+
+    def _uncertainty(self, inputs: PilotInputs) -> float:
+        """Return how far [m] the body may be from where it is expected until it has stopped."""
+        if not inputs.estimate.error and not inputs.estimate.yaw_error:
+            return 0.0
+        speed = abs(inputs.sense.linear)
+        return inputs.estimate.allowance(SAFETY.look * speed + speed**2 / (2 * self._settings.robot.wheel_acceleration))
 
     def _rests(self, inputs: PilotInputs, granted: TrafficOutputs) -> bool:
         """Return True if the robot may stand where it is in its last held cell: it need not reach a certain point."""
@@ -296,7 +289,7 @@ class CellPilot:
         away = distance(inputs.pose, inputs.goal)
         if inputs.done and not granted.waits and away > PILOT.well_within * self._settings.reach:
             return False
-        return self._cells.fits(granted.held, inputs.pose.x, inputs.pose.y, self._room)
+        return self._cells.can_fit_disc(granted.held, inputs.pose.x, inputs.pose.y, self._room + inputs.estimate.error)
 
     def _count_nowhere(self, inputs: PilotInputs, granted: TrafficOutputs, target: int) -> float:
         """Count on; return for how long [s] the robot has had cells to drive over but its way did not become shorter.
@@ -311,7 +304,7 @@ class CellPilot:
     def _is_there(self, inputs: PilotInputs) -> bool:
         return distance(inputs.pose, inputs.goal) <= self._settings.reach
 
-    def _kept_away(self, inputs: PilotInputs, before: LastTick) -> int:
+    def _ticks_kept_away(self, inputs: PilotInputs, before: LastTick) -> int:
         """Return for how many ticks the robot has been kept from its place since it is done.
 
         If that is long, it stays where it is in no way. All times away count together: robots that drive each other
@@ -320,17 +313,22 @@ class CellPilot:
         away = not self._is_there(inputs)
         return before.kept_away + away if inputs.done else 0
 
-    def _activity(self, inputs: PilotInputs, granted: TrafficOutputs, *, idle: bool) -> Activity:
+    def _activity(self, inputs: PilotInputs, granted: TrafficOutputs, *, idle: bool, lost: bool) -> Activity:
         if idle or (inputs.done and self._is_there(inputs)):
             return Activity.DONE
         if inputs.sense.stopped:
             return Activity.STOPPED
-        if granted.activity in SHUT_OFF:
+        if lost or granted.activity in SHUT_OFF:
             return Activity.BLOCKED
         return Activity.GIVE_WAY if granted.activity in GIVES_WAY else Activity.DRIVE
 
     def _scan(self, inputs: PilotInputs) -> Scan:
         """Return the rays' bearings and readings, and a function that gives the readings expected from the map."""
-        radius, reach = self._settings.robot.radius, self._settings.sensors.range
-        expected = partial(free_on_map, inputs.navigator.grid, inputs.pose, radius, reach)
+        radius, reach, off = self._settings.robot.radius, self._settings.sensors.range, inputs.estimate
+        grid = inputs.navigator.grid
+        expected = (
+            partial(least_free_on_map, grid, inputs.pose, off.error, off.yaw_error, radius, reach)
+            if off.error or off.yaw_error
+            else partial(free_on_map, grid, inputs.pose, radius, reach)
+        )
         return Scan(self._bearings, inputs.sense.rays, expected)

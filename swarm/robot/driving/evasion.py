@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from swarm.geometry import Twist, wrap
 from swarm.messages import Sense
-from swarm.motion.drive import GRAZE, Boxes, DifferentialDrive, advance, clearance_along, gap
+from swarm.motion.drive import GRAZE, Boxes, DifferentialDrive, advance, clearance_along, gap_to_boxes
 from swarm.robot.driving.safety import STAND, Constraints
 from swarm.robot.tuning import EVASION, SAFETY, EvasionTuning
 from swarm.settings import Settings
@@ -24,7 +24,7 @@ from swarm.traffic.obstacles.detector import HALF_WIDTH
 NO_WAY: Final = np.nan
 
 
-def _compiled(evasion: EvasionTuning, spare: float, graze: float, half_width: float) -> Callable[..., bool]:
+def _compile_gaps(evasion: EvasionTuning, graze: float, half_width: float) -> Callable[..., bool]:
     """Return the kernel with these values compiled in; ``half_width`` [m] is the radius of a threat.
 
     A way keeps ``spare`` [m] besides the robot's radius to cells, walls and bodies; where it has less of one of them at
@@ -36,7 +36,7 @@ def _compiled(evasion: EvasionTuning, spare: float, graze: float, half_width: fl
     """
 
     @njit(
-        "b1(f8, i8, i8, f8, f8, f8[:, ::1], f8[::1], f4[:, ::1], f8, f8[::1], f8[:, ::1], f8, f8[::1], f8[::1], "
+        "b1(f8, i8, i8, f8, f8, f8[:, ::1], f8[::1], f4[:, ::1], f8, f8[::1], f8[:, ::1], f8, f8, f8[::1], f8[::1], "
         "f8, f8, f8, f8[:, ::1], f8[::1])",
         cache=True,
     )
@@ -53,6 +53,7 @@ def _compiled(evasion: EvasionTuning, spare: float, graze: float, half_width: fl
         origin: NDArray[np.float64],
         bodies: NDArray[np.float64],
         radius: float,
+        spare: float,
         pose: NDArray[np.float64],
         now: NDArray[np.float64],
         width: float,
@@ -77,7 +78,7 @@ def _compiled(evasion: EvasionTuning, spare: float, graze: float, half_width: fl
                     forward = evasion.speed * max(0.0, cos(off))
                     want_left, want_right = forward - half, forward + half
             dx, dy = x - pose[0], y - pose[1]
-            room = gap(boxes, local[0] + cos_l * dx - sin_l * dy, local[1] + sin_l * dx + cos_l * dy)
+            room = gap_to_boxes(boxes, local[0] + cos_l * dx - sin_l * dy, local[1] + sin_l * dx + cos_l * dy)
             walls, others = clearance_along(
                 field, side, origin[0], origin[1], origin[2], bodies, radius, x, y, yaw,
                 0.0, 0.0, 0.0, 0.0, width, most, dt, 1,
@@ -104,11 +105,11 @@ def _compiled(evasion: EvasionTuning, spare: float, graze: float, half_width: fl
     return compiled
 
 
-_gaps: Final = _compiled(EVASION, SAFETY.gap, GRAZE, HALF_WIDTH)
+_gaps: Final = _compile_gaps(EVASION, GRAZE, HALF_WIDTH)
 
 
 class Evasion:
-    """The ways out of one robot."""
+    """The ways by which one robot gets out of a moving obstacle's way."""
 
     def __init__(self, settings: Settings) -> None:
         robot = settings.robot
@@ -189,7 +190,7 @@ class Evasion:
         clear = _gaps(
             heading, round(time / self._dt), round(ahead / self._dt), *speeds,
             constraints.shut, np.array(constraints.local), grid.clearance, grid.resolution, np.array(grid.origin),
-            constraints.bodies, robot.radius, np.array(pose), np.array(now),
+            constraints.bodies, robot.radius, SAFETY.gap + constraints.uncertainty, np.array(pose), np.array(now),
             robot.track_width, robot.wheel_acceleration * self._dt, self._dt, np.array(threats), least,
         )  # fmt: skip
         return least if clear else None

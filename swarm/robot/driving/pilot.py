@@ -1,7 +1,7 @@
 """The interface of a robot's brain and its pilot: ``PilotInputs`` go in, ``PilotOutputs`` come out."""
 
 from collections.abc import Callable, Iterable, Sequence
-from typing import NamedTuple, Protocol
+from typing import Final, NamedTuple, Protocol
 
 from swarm.geometry import Pose
 from swarm.maps.occupancy import OccupancyMap, Point
@@ -10,14 +10,17 @@ from swarm.messages.traffic import TrafficBroadcast
 from swarm.robot.driving.safety import WheelSpeeds
 from swarm.robot.ground import Block
 from swarm.robot.navigator import Navigator
+from swarm.robot.pose_estimate import Estimate
 from swarm.traffic.outputs import StepResult
+
+EXACT: Final = Estimate(Pose(0.0, 0.0, 0.0))
 
 
 class PilotInputs(NamedTuple):
     """What the brain knows at one tick."""
 
     sense: Sense
-    pose: Pose
+    pose: Pose  # the estimate's
     goal: Point  # m, the current stop; the last one when all are done
     then: Point | None  # m, the stop after that one; None: there is none
     heading: float | None  # rad, to turn to at the current stop; None: any
@@ -26,6 +29,7 @@ class PilotInputs(NamedTuple):
     target: int  # index of that stop; -1: there is none
     navigator: Navigator  # the robot's path to the goal
     heard: Sequence[Broadcast]  # broadcasts that arrived at this tick
+    estimate: Estimate = EXACT  # how well the pose is known
 
 
 class PilotOutputs(NamedTuple):
@@ -47,7 +51,7 @@ class Pilot(Protocol):
     """What a brain needs of its pilot."""
 
     @property
-    def decided(self) -> StepResult | None:
+    def last_decision(self) -> StepResult | None:
         """The decisions of its last step of coordination; None: it has made none."""
 
     def drive(self, inputs: PilotInputs) -> PilotOutputs:

@@ -10,7 +10,6 @@ Where wheels answer late, what brakes and what stops before a body reckon with t
 still on their way.
 """
 
-from collections import deque
 from collections.abc import Sequence
 from math import copysign, hypot, inf, isfinite, pi, sqrt
 from typing import Final, NamedTuple
@@ -19,15 +18,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm.geometry import Pose, Twist, integrate
-from swarm.messages import COMMAND, Sense
+from swarm.messages import Sense
 from swarm.motion.drive import NO_COMMANDS, DifferentialDrive, braking_points, first_clear, ramp
 from swarm.planning.grid import Grid
 from swarm.robot.tuning import SAFETY
 from swarm.settings import Settings
 from swarm.traffic.interface import MovingObstacle
 
-BELIEVED: Final = 20.0  # s for which commands count as late after one was late
-DIFFERS: Final = 0.02  # m/s; a larger difference of rim speeds means a late command
 AS_IT_IS: Final = np.array(((1.0, 1.0),))
 NO_BODIES: Final = np.empty((0, 2))
 AT_REST: Final = np.empty((0, 2))  # m; a standing body has no braking path
@@ -64,6 +61,7 @@ class Constraints(NamedTuple):
     slowly: bool = False  # it slows down all the way, to stop exactly there
     may_drive: bool = True  # False: an unexpected obstacle is near; the robot may only turn
     fastest: float = inf  # m/s, forward speed near threats while commands reach the wheels late
+    uncertainty: float = 0.0  # m, how far the body may be from where it is expected
 
 
 class SafetyFilter:
@@ -93,7 +91,7 @@ class SafetyFilter:
         number, speeds = self._first(SAFETY.remedies, sense, wanted, constraints, fastest)
         return STAND if number < 0 else speeds
 
-    def out(self, sense: Sense, wanted: Twist, constraints: Constraints) -> WheelSpeeds:
+    def limit_way_out(self, sense: Sense, wanted: Twist, constraints: Constraints) -> WheelSpeeds:
         """Return the rim speeds [m/s] of a way out: as wanted, or slower if that is not clear."""
         if constraints.fastest < sense.linear:
             return STAND  # a turn at once would lengthen the braking
@@ -125,7 +123,7 @@ class SafetyFilter:
         )
         return points
 
-    def after(self, body: DriveState, late: Sequence[tuple[float, float]]) -> DriveState:
+    def state_after(self, body: DriveState, late: Sequence[tuple[float, float]]) -> DriveState:
         """Return where the body is, and how fast, when the wheels have carried out the ``late`` commands [m/s]."""
         pose, left, right = body
         most = self._acceleration * self._dt
@@ -185,8 +183,9 @@ class SafetyFilter:
         """
         grid, (x, y, yaw) = constraints.grid, constraints.local
         now = (0.0, 0.0) if off else self._drive.rim_speeds(Twist(sense.linear, sense.angular))
+        keeps = self._radius + SAFETY.gap + constraints.uncertainty
         number, left, right = first_clear(
-            remedies, *wanted, fastest, SAFETY.creep, self._radius + SAFETY.gap, constraints.shut, x, y, yaw + off,
+            remedies, *wanted, fastest, SAFETY.creep, keeps, constraints.shut, x, y, yaw + off,
             grid.clearance, grid.resolution, *grid.origin, constraints.bodies, self._radius,
             sense.x, sense.y, sense.yaw + off, *now,
             self._drive.track_width, self._acceleration * self._dt, self._dt, self._ticks,
@@ -203,54 +202,3 @@ class SafetyFilter:
         v = sqrt(2 a s), or a little less if that ``comes`` nearer [m/s] meanwhile: s = v^2 / 2a + comes v / a.
         """
         return sqrt(comes**2 + 2 * self._acceleration * max(0.0, gap - SAFETY.front_gap)) - comes
-
-
-class Lateness:
-    """One robot's newest commands, and how late they reach the wheels."""
-
-    def __init__(self, acceleration: float, dt: float) -> None:
-        self._most = acceleration * dt
-        self._longest = max(1, round(COMMAND.timeout / dt))
-        self._commands: deque[RimSpeeds] = deque(maxlen=self._longest + 1)
-        self._delay = 0  # ticks by which the wheels obeyed late when that was last seen
-        self._before: RimSpeeds | None = None
-        self._tick = -1
-        self._believed = round(BELIEVED / dt)
-        self._ticks = 0
-
-    def compare(self, tick: int, now: RimSpeeds) -> tuple[RimSpeeds, ...]:
-        """Compare the last command with what the wheels did; call it once a tick.
-
-        Return the newest commands that the wheels may not have carried out yet, oldest first.
-
-        ``now`` are the rim speeds [m/s] measured at this tick. The result is empty if the wheels obey at once, or
-        after a pause in which all commands expired.
-        """
-        if tick - self._tick > min(len(self._commands), self._longest) + 1:
-            self._commands.clear()
-        self._tick = tick
-        before, self._before = self._before, now
-        self._ticks = max(0, self._ticks - 1)
-        if before is not None and self._commands:
-            if not self._are_obeyed(self._commands[-1], before, now):
-                self._ticks = self._believed
-            if self._ticks:
-                newest = enumerate(reversed(self._commands))
-                delays = [delay for delay, wanted in newest if self._are_obeyed(wanted, before, now)]
-                self._delay = delays[0] if delays and self._delay not in delays else self._delay
-        return tuple(self._commands)[-self._longest :] if self._ticks else ()
-
-    def expected(self) -> tuple[RimSpeeds, ...]:
-        """Return the commands that the wheels carry out before the next one if they stay as late as they were."""
-        return tuple(self._commands)[len(self._commands) - self._delay :] if self._ticks else ()
-
-    def _are_obeyed(self, wanted: RimSpeeds, before: RimSpeeds, now: RimSpeeds) -> bool:
-        """Return True if the wheels got from the speeds ``before`` to those of ``now`` by a command."""
-        return all(
-            abs(seen - ramp(was, speed, self._most)) <= DIFFERS
-            for was, speed, seen in zip(before, wanted, now, strict=True)
-        )
-
-    def command(self, speeds: RimSpeeds) -> None:
-        """Record the rim speeds [m/s] commanded at this tick."""
-        self._commands.append(speeds)

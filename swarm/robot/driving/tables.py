@@ -21,7 +21,7 @@ from swarm.robot.driving.safety import Constraints, DriveState, SafetyFilter
 from swarm.robot.tuning import DETOUR, PILOT, ROLLOUT, SCALE, RolloutTuning
 from swarm.settings import RobotSettings, Settings
 from swarm.traffic.interface import TrafficOutputs
-from swarm.traffic.progress_checker import ProgressChecker, farther_than
+from swarm.traffic.progress_checker import ProgressChecker, make_movement_test
 
 
 def fuzzy_speeds(
@@ -62,7 +62,7 @@ class Detour:
 
     def __init__(self, safety: SafetyFilter) -> None:
         self._filter = safety
-        self._progress = ProgressChecker(farther_than(DETOUR.progress))
+        self._progress = ProgressChecker(make_movement_test(DETOUR.progress))
         self._since = 0.0  # s, time of the detour's last phase
         self._from: tuple[float, float] | None = None  # m, where the detour began
         self._heading = 0.0  # rad, given to the tables; 0 once the way ahead is clear
@@ -97,7 +97,7 @@ class Detour:
         return self._heading
 
 
-def _compiled(rollout: RolloutTuning) -> Callable[..., NDArray[np.float64]]:
+def _compile_rollout(rollout: RolloutTuning) -> Callable[..., NDArray[np.float64]]:
     """Return the kernel with these values compiled in."""
 
     @njit(f"f8[:, ::1](f8[::1], {TABLES})", cache=True)
@@ -134,7 +134,7 @@ def _compiled(rollout: RolloutTuning) -> Callable[..., NDArray[np.float64]]:
     return compiled
 
 
-_roll: Final = _compiled(ROLLOUT)
+_roll: Final = _compile_rollout(ROLLOUT)
 
 
 class Rollout:

@@ -4,7 +4,6 @@ from collections.abc import Callable, Sequence
 from threading import Event as Flag
 from typing import Final, NamedTuple
 
-from swarm.awake import Awake
 from swarm.bus import Arrival, Bus, Endpoint, Link, Presence, Request
 from swarm.errors import SwarmError
 from swarm.fingerprint import OF_ROBOTS, fingerprint
@@ -28,12 +27,13 @@ from swarm.messages import (
     Welcome,
 )
 from swarm.robot.brain import Robot
-from swarm.robot.host.joining import FIRST, Ending, Place
+from swarm.robot.host.membership import FIRST, Ending, SeatRequest
 from swarm.robot.host.radio import Radio, Receiver
 from swarm.robot.host.seat import KEPT, GivenAnswer, Seat
 from swarm.scenario.load import Scenario
 from swarm.scenario.starts import number_of
-from swarm.stopping import told_to_stop
+from swarm.stop_signal import stop_flag
+from swarm.suspend_clock import Awake
 
 LOOK: Final = 0.25  # s between two checks whether the process must stop
 PEEK: Final = 0.001  # s between two checks for a missing broadcast, whose arrival wakes nothing
@@ -58,7 +58,7 @@ def run(
     Raises:
         ConfigError: no router answers.
     """
-    with told_to_stop() as stop, Bus(endpoint, fleet, log, Heartbeat()) as bus:
+    with stop_flag() as stop, Bus(endpoint, fleet, log, Heartbeat()) as bus:
         bus.watch_presence("world")
         bus.listen(CLOCK)
         host = RobotHost(bus, robots, log, once=once)
@@ -132,7 +132,7 @@ class RobotHost:
     ) -> None:
         self._bus, self._log, self._awake, self._once = bus, log, awake or Awake(), once
         self._ending = Ending(once=once)
-        self._places = [Place(asked) for asked in robots]
+        self._places = [SeatRequest(asked) for asked in robots]
         self._worlds: set[str] = set()  # sessions
         self._world: str | None = None  # identity
         self._inbox = Inbox(Radio(bus))
@@ -158,7 +158,7 @@ class RobotHost:
             elif self._echoes and now >= self._echoes[0]:
                 self._echoes.pop(0)
                 for seat in self._inbox.seats.values():
-                    for given in seat.said():
+                    for given in seat.last_answers():
                         self._say(seat.name, given)
             elif not self._worlds and now >= self._looks:
                 self._look_for_other_wires(now)
@@ -176,11 +176,11 @@ class RobotHost:
                 if session in [place.session for place in self._places] and (said := self._ending.look(alive, now)):
                     self._log(said)
                 for place in self._places:
-                    place.hurry()
+                    place.ask_at_once()
             case Link(up=up):
                 for seat in self._inbox.seats.values():
                     seat.wait_again()
-                    seat.doubt()
+                    seat.doubt_last_answers()
                 self._echoes = [now + pause for pause in ECHOES] if up else []
             case _:
                 if (again := self._inbox.sort(arrived)) is not None:
@@ -194,7 +194,7 @@ class RobotHost:
             if place.name is None or place.session not in self._worlds:
                 continue
             place.hear(clock, now)
-            if place.unseen(now):
+            if place.is_left_out(now):
                 self._log(f"{place.name}: the world does not see this process; it joins once more")
                 self._bus.withdraw("robot", place.name)
                 place.join_again()
@@ -219,13 +219,13 @@ class RobotHost:
     def _lacks_places(self) -> bool:
         return any(place.session not in self._worlds for place in self._places)
 
-    def _to_join(self, now: float) -> Place | None:
+    def _to_join(self, now: float) -> SeatRequest | None:
         """Return a robot that is in no world that lives, if it is time to ask."""
         if not self._worlds:
             return None
         return next((one for one in self._places if one.session not in self._worlds and one.due(now)), None)
 
-    def _join(self, place: Place) -> None:
+    def _join(self, place: SeatRequest) -> None:
         """Ask the world for a robot's place; go on with its run, or begin a new one."""
         bus, known = self._bus, place.name in self._inbox.seats
         asks = Join(
@@ -237,16 +237,16 @@ class RobotHost:
             if welcome.world != self._world or not known:
                 self._sit_down(place, welcome)
         except SwarmError as fault:
-            if place.refused(str(fault), self._awake.now()):
+            if place.take_refusal(str(fault), self._awake.now()):
                 self._log(f"{place.name or 'a robot'}: {fault}; it asks again and again")
         else:
-            place.welcomed(welcome.session)
-            self._log(self._ending.joined(welcome))
+            place.take_welcome(welcome.session)
+            self._log(self._ending.format_join(welcome))
             self._inbox.seats[welcome.robot].speaker = welcome.sender
-            self._inbox.seats[welcome.robot].doubt()
+            self._inbox.seats[welcome.robot].doubt_last_answers()
             bus.announce("robot", welcome.robot)
 
-    def _sit_down(self, place: Place, welcome: Welcome) -> None:
+    def _sit_down(self, place: SeatRequest, welcome: Welcome) -> None:
         """Begin in a world that does not know this process yet."""
         if self._shared is None or not self._shared.fits(welcome):
             self._shared = Shared.of(welcome)

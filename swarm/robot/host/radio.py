@@ -17,12 +17,12 @@ Zone = tuple[int, int]
 PATIENCE: Final = 40  # ticks for which a broadcast and the sense that lists it wait for each other, in real time
 
 
-def zone(x: float, y: float, side: float) -> Zone:
+def zone_of(x: float, y: float, side: float) -> Zone:
     """Return the zone of a point [m]; ``side`` [m] is that of a zone."""
     return floor(x / side), floor(y / side)
 
 
-def around(here: Zone) -> set[Zone]:
+def zones_around(here: Zone) -> set[Zone]:
     """Return a zone and the eight around it."""
     return {(here[0] + dx, here[1] + dy) for dx in (-1, 0, 1) for dy in (-1, 0, 1)}
 
@@ -79,21 +79,21 @@ class Receiver:
 
     def tune(self, x: float, y: float) -> Zone:
         """Receive the zones around a point [m] and return the zone of the point."""
-        here = zone(x, y, self._side)
+        here = zone_of(x, y, self._side)
         if here != self._here:
             self._here = here
-            self._move(around(here))
+            self._move(zones_around(here))
         return here
 
     def close(self) -> None:
         """Receive nothing any more."""
         self._move(set())
 
-    def lacks(self, hears: Iterable[Pair]) -> bool:
+    def misses_broadcast(self, hears: Iterable[Pair]) -> bool:
         """Return True if a broadcast that the sense lists has not arrived yet."""
         return any(pair not in self._radio.arrived for pair in hears)
 
-    def exactly(self, hears: Iterable[Pair], now: int) -> list[Broadcast]:
+    def listed_broadcasts(self, hears: Iterable[Pair], now: int) -> list[Broadcast]:
         """Return the broadcasts that the sense lists, in its order (lockstep)."""
         arrived = self._radio.arrived
         heard = [arrived[pair] for pair in hears if pair in arrived]

@@ -38,7 +38,7 @@ class GivenAnswer(NamedTuple):
         """The tick, the broadcasts that were heard, and the number of edits of the map that was fetched."""
         return self.outputs.command.tick, self.took.heard, self.took.edits
 
-    def again(self, before: Sequence[Step] = ()) -> "GivenAnswer":
+    def repeat_with(self, before: Sequence[Step] = ()) -> "GivenAnswer":
         """Return the answer as it is said again; ``before`` are the steps before it whose answers may be lost."""
         took = msgspec.structs.replace(self.took, again=True, before=[*before])
         return self._replace(
@@ -64,16 +64,16 @@ class Repeats:
         self._most = most
         self._given: dict[tuple[int, int], GivenAnswer] = {}  # by run and tick, oldest first
 
-    def to(self, sense: Sense) -> GivenAnswer | None:
+    def find_answer(self, sense: Sense) -> GivenAnswer | None:
         """Return the earlier answer to this sense, or None."""
         return self._given.get((sense.run, sense.tick))
 
-    def after(self, sense: Sense) -> GivenAnswer | None:
+    def first_answer_after(self, sense: Sense) -> GivenAnswer | None:
         """Return the first answer kept that is later than a sense, in the same run, or None."""
         later = [key for key in self._given if key[0] == sense.run and key[1] > sense.tick]
         return self._given[min(later)] if later else None
 
-    def before(self, sense: Sense) -> list[GivenAnswer]:
+    def answers_before(self, sense: Sense) -> list[GivenAnswer]:
         """Return the answers kept that are earlier than a sense, in the same run, oldest first."""
         return [given for (run, tick), given in self._given.items() if run == sense.run and tick < sense.tick]
 
@@ -100,10 +100,10 @@ class Hearing(Protocol):
     def begin(self, run: int) -> None:
         """Begin a run."""
 
-    def lacks(self, hears: Iterable[Pair]) -> bool:
+    def misses_broadcast(self, hears: Iterable[Pair]) -> bool:
         """Return True if a broadcast has not arrived that the sense lists."""
 
-    def exactly(self, hears: Iterable[Pair], now: int) -> list[Broadcast]:
+    def listed_broadcasts(self, hears: Iterable[Pair], now: int) -> list[Broadcast]:
         """Return what is heard in lockstep."""
 
     def what_came(self, hears: Iterable[Pair], now: int) -> list[Broadcast]:
@@ -111,7 +111,10 @@ class Hearing(Protocol):
 
 
 class Seat:
-    """One robot of a process. The caller passes the time ``now`` [s], always of one clock."""
+    """The place of one robot in its process: what it has to answer.
+
+    The caller passes the time ``now`` [s], always of one clock.
+    """
 
     def __init__(
         self, robot: Robot, receiver: Hearing, kept: int, log: Callable[[str], None], world: str = "local"
@@ -147,7 +150,7 @@ class Seat:
         fault = self.robot.fault_of(sense) if sense.world == self._world else "it is of another world"
         if fault is not None:
             self._log_once(f"the sense was dropped: {fault}", f"tick {sense.tick}: ")
-        elif (sense.run, sense.tick) <= self._newest and self._repeats.to(sense) is None:
+        elif (sense.run, sense.tick) <= self._newest and self._repeats.find_answer(sense) is None:
             self._log_once(f"the sense was dropped: {EARLIER}", f"tick {sense.tick}: ")
         elif self.sense is None or (sense.run, sense.tick) > (self.sense.run, self.sense.tick):
             self.sense, self._until = sense, None
@@ -164,16 +167,16 @@ class Seat:
         """
         if sense.world != self._world:
             return None
-        given = self._repeats.to(sense)
+        given = self._repeats.find_answer(sense)
         if given is None and sense.lockstep and (sense.run, sense.tick) < self._newest:
-            later = self._repeats.after(sense)
-            return later and later.again().standing(sense.tick)
+            later = self._repeats.first_answer_after(sense)
+            return later and later.repeat_with().standing(sense.tick)
         if given is None:
             return None
-        again = given.again(self._doubted(sense))
+        again = given.repeat_with(self._doubtful_steps(sense))
         return again if given.fits(sense) else again.standing(sense.tick)
 
-    def said(self) -> list[GivenAnswer]:
+    def last_answers(self) -> list[GivenAnswer]:
         """Return what was said last in lockstep, oldest first: the router may have lost it."""
         return [given for given in self._repeats.last() if given.sure]
 
@@ -181,25 +184,25 @@ class Seat:
         """Wait for missing broadcasts from now on: the router was away."""
         self._until = None
 
-    def doubt(self) -> None:
+    def doubt_last_answers(self) -> None:
         """Take in that the last answers may be lost: the next one tells what the robot stepped with for them."""
         self._doubts = True
 
-    def _lacks(self, sense: Sense) -> bool:
+    def _misses_broadcast(self, sense: Sense) -> bool:
         """Return True if a broadcast is missing that the robot can have received.
 
         Those from before its first sense, in the middle of a run, may have been sent before it listened.
         """
         run, tick = self._born or (0, 0)
         before = tick if tick and sense.run == run else -1
-        return self.receiver.lacks(pair for pair in sense.hears if pair[1] > before)
+        return self.receiver.misses_broadcast(pair for pair in sense.hears if pair[1] > before)
 
     def ready(self, now: float) -> bool:
         """Return True if there is a sense and, in lockstep, the broadcasts that it lists are here or overdue."""
         sense = self.sense
         if sense is None:
             return False
-        if not sense.lockstep or self._repeats.to(sense) is not None or not self._lacks(sense):
+        if not sense.lockstep or self._repeats.find_answer(sense) is not None or not self._misses_broadcast(sense):
             return True
         if self._until is None:
             self._until = now + OVERDUE
@@ -209,12 +212,14 @@ class Seat:
         """Return the answer to the sense; ``fetch`` returns the world's map, for a robot that has missed edits."""
         sense, self.sense = self.sense, None
         assert sense is not None
-        if (given := self._repeats.to(sense)) is not None:
-            return given.again(self._doubted(sense))
-        overdue = sense.lockstep and self._lacks(sense)
-        heard = (self.receiver.exactly if sense.lockstep else self.receiver.what_came)(sense.hears, sense.tick)
+        if (given := self._repeats.find_answer(sense)) is not None:
+            return given.repeat_with(self._doubtful_steps(sense))
+        overdue = sense.lockstep and self._misses_broadcast(sense)
+        heard = (self.receiver.listed_broadcasts if sense.lockstep else self.receiver.what_came)(
+            sense.hears, sense.tick
+        )
         fetched = None
-        if self.robot.missed(sense):
+        if self.robot.has_missed_edits(sense):
             for floor in fetch():
                 self.robot.take_map(Scenario.from_wire(floor.scenario, floor.packed), floor.edits)
                 fetched = floor.edits
@@ -222,7 +227,7 @@ class Seat:
         outputs = self.robot.step(Inputs(sense, heard))
         self._newest = sense.run, sense.tick
         took = Took(heard=[(one.robot, one.tick) for one in heard], edits=fetched)
-        before, self._doubts = self._doubted(sense), False
+        before, self._doubts = self._doubtful_steps(sense), False
         if fetched is not None or took.heard != sense.hears or before:
             says = msgspec.structs.replace(took, before=before)
             outputs = outputs._replace(command=msgspec.structs.replace(outputs.command, took=says))
@@ -235,9 +240,9 @@ class Seat:
         self._repeats.keep(sense, given)
         return given
 
-    def _doubted(self, sense: Sense) -> list[Step]:
+    def _doubtful_steps(self, sense: Sense) -> list[Step]:
         """Return the last steps before a sense, oldest first, if their answers may be lost."""
-        return [given.step for given in self._repeats.before(sense)[-DOUBTED:]] if self._doubts else []
+        return [given.step for given in self._repeats.answers_before(sense)[-DOUBTED:]] if self._doubts else []
 
     def leave(self) -> None:
         """End the subscriptions to the radio zones around the robot."""

@@ -5,15 +5,24 @@ The functions named in the tables of ``protocol`` return the result of a transit
 
 from swarm.messages.traffic import Collect, Entry, Epoch, JointPlan, Refusal
 from swarm.traffic.joint.problem import RELAXATIONS, Problem, members_of, problem_of
-from swarm.traffic.joint.states import SETTLE, Call, Collecting, Free, Memory, Move, Published, Searching
+from swarm.traffic.joint.states import (
+    SETTLE,
+    Call,
+    Collecting,
+    Free,
+    PlanningMemory,
+    PublishedPlan,
+    Searching,
+    TransitionResult,
+)
 from swarm.traffic.lattice.cell_map import CellMap
-from swarm.traffic.mapf.planner import Outcome, Result
+from swarm.traffic.mapf.planner import SearchOutcome, SearchResult
 from swarm.traffic.mapf.precedence import Precedence
 from swarm.traffic.peers.records import TrafficNote
 from swarm.traffic.peers.situation import Situation
 
 
-def named(memory: Memory, call: Free, situation: Situation) -> Move | None:
+def begin_call(memory: PlanningMemory, call: Free, situation: Situation) -> TransitionResult | None:
     """Call all robots in hearing if one asks me to lead, or if a member refuses the plan that I published last."""
     if situation.tick < memory.leads_from:
         return None
@@ -25,10 +34,10 @@ def named(memory: Memory, call: Free, situation: Situation) -> Move | None:
     for refusal in refusals:
         memory.shut.update(dict.fromkeys(refusal.shut, situation.tick + memory.settings.obstacle))
     follow = [robot for robot, record in situation.fresh.items() if not record.stands]  # who was told to stop cannot
-    return Move(Collecting(Collect(Epoch(situation.tick, memory.me), tuple(sorted([memory.me, *follow])))))
+    return TransitionResult(Collecting(Collect(Epoch(situation.tick, memory.me), tuple(sorted([memory.me, *follow])))))
 
 
-def all_stand(memory: Memory, call: Collecting, situation: Situation) -> Move | None:
+def begin_search(memory: PlanningMemory, call: Collecting, situation: Situation) -> TransitionResult | None:
     """Begin to search when all members stand, or when the time for this is over.
 
     The next call then waits longer: over several relays, calls and answers may take longer than the time was.
@@ -40,37 +49,37 @@ def all_stand(memory: Memory, call: Collecting, situation: Situation) -> Move | 
     )
     if all_in or late:
         memory.gather = settings.gather if all_in else min(2 * memory.gather, settings.gather_longest)
-        return _searching(memory, call.collect, 0, frozenset(), situation)
+        return _search_next_problem(memory, call.collect, 0, frozenset(), situation)
     return None
 
 
-def searched_on(memory: Memory, call: Searching, situation: Situation) -> Move | None:
+def advance_search(memory: PlanningMemory, call: Searching, situation: Situation) -> TransitionResult | None:
     """Spend this tick's share of expansions on the search."""
     openings = memory.settings.robot_openings // len(call.problem.members)
-    return Move(call._replace(answer=call.search.advance(openings)))
+    return TransitionResult(call._replace(answer=call.search.advance(openings)))
 
 
-def found(memory: Memory, call: Searching, situation: Situation) -> Move | None:
+def publish_plan(memory: PlanningMemory, call: Searching, situation: Situation) -> TransitionResult | None:
     """Publish the plan, and follow it."""
     answer = call.answer
     if answer is None or answer.order is None or not any(len(way) > 1 for way in answer.order.ways):
         return None  # there is no plan, or it moves nobody
     plan = _plan(call, answer, answer.order)
-    memory.published = memory.unconfirmed = Published(plan, situation.tick)
+    memory.published = memory.unconfirmed = PublishedPlan(plan, situation.tick)
     memory.leads_from = situation.tick + memory.settings.again
     names, ticks = call.problem.members, situation.tick - call.epoch.tick
     said = TrafficNote("joint_plan", names, f"made a joint plan for {len(names)} robots in {ticks} ticks")
-    return Move(Free(), plan, (said,))
+    return TransitionResult(Free(), plan, (said,))
 
 
-def found_none(memory: Memory, call: Searching, situation: Situation) -> Move | None:
+def relax_problem(memory: PlanningMemory, call: Searching, situation: Situation) -> TransitionResult | None:
     """Relax the problem, unless it is proven that there is no plan."""
     if call.answer is None or _is_proof(call, call.answer):
         return None
-    return _searching(memory, call.collect, call.problem.relaxation + 1, call.asked, situation)
+    return _search_next_problem(memory, call.collect, call.problem.relaxation + 1, call.asked, situation)
 
 
-def gave_up(memory: Memory, call: Searching, situation: Situation) -> Move | None:
+def report_no_plan(memory: PlanningMemory, call: Searching, situation: Situation) -> TransitionResult | None:
     """Report that there is no plan, and wait before leading again.
 
     A proof is reported again each time it is found: it still holds although others have reached their stops meanwhile.
@@ -82,17 +91,17 @@ def gave_up(memory: Memory, call: Searching, situation: Situation) -> Move | Non
     proven, names = _is_proof(call, call.answer), call.problem.members
     who = tuple(names[number] for number in call.answer.who) if proven else names
     if proven:
-        return Move(Free(), events=(TrafficNote("unsolvable", who, _proof(who, situation.cells)),))
+        return TransitionResult(Free(), events=(TrafficNote("unsolvable", who, _proof_text(who, situation.cells)),))
     if who in memory.reported:
-        return Move(Free())
+        return TransitionResult(Free())
     memory.reported.add(who)
     said = TrafficNote("no_plan_found", who, f"no plan found for {', '.join(who)} within the budget")
-    return Move(Free(), events=(said,))
+    return TransitionResult(Free(), events=(said,))
 
 
-def _proof(who: tuple[str, ...], cells: CellMap) -> str:
+def _proof_text(who: tuple[str, ...], cells: CellMap) -> str:
     """Return what a proof over cells says: of the floor itself only if the cells leave no floor out."""
-    if not cells.leaves_out:
+    if not cells.has_unused_floor:
         return f"no way exists for {', '.join(who)} to reach their targets together"
     return (
         f"no plan exists for {', '.join(who)} on this lattice of {cells.side:g} m, which leaves free floor out; "
@@ -100,7 +109,7 @@ def _proof(who: tuple[str, ...], cells: CellMap) -> str:
     )
 
 
-def ignored(memory: Memory, call: Call, situation: Situation) -> Move | None:
+def report_ignored(memory: PlanningMemory, call: Call, situation: Situation) -> TransitionResult | None:
     """Report, once, the members heard that do not follow the plan I made: the others go on without them."""
     if memory.unconfirmed is None or situation.tick - memory.unconfirmed.tick <= 2 * SETTLE:
         return None
@@ -117,10 +126,10 @@ def ignored(memory: Memory, call: Call, situation: Situation) -> Move | None:
         TrafficNote("plan_ignored", (robot,), f"finds that {robot} does not follow its joint plan")
         for robot in ignoring
     ]
-    return Move(call, events=tuple(said))
+    return TransitionResult(call, events=tuple(said))
 
 
-def carried(memory: Memory, situation: Situation) -> JointPlan | None:
+def plan_to_carry(memory: PlanningMemory, situation: Situation) -> JointPlan | None:
     """Return the plan that my record carries: the one I published last, for a while, or until all follow it."""
     published = memory.published
     if published is None or situation.tick - published.tick > memory.settings.carry:
@@ -130,7 +139,7 @@ def carried(memory: Memory, situation: Situation) -> JointPlan | None:
     return None if all_follow else plan
 
 
-def _refusals(memory: Memory, situation: Situation) -> list[Refusal]:
+def _refusals(memory: PlanningMemory, situation: Situation) -> list[Refusal]:
     """List what members have said against the plan that I published last."""
     if memory.published is None:
         return []
@@ -139,20 +148,20 @@ def _refusals(memory: Memory, situation: Situation) -> list[Refusal]:
     return [refusal for refusal in refusals if refusal is not None and refusal.epoch == mine]
 
 
-def _searching(
-    memory: Memory, collect: Collect, first: int, asked: frozenset[object], situation: Situation
-) -> Move | None:
+def _search_next_problem(
+    memory: PlanningMemory, collect: Collect, first: int, asked: frozenset[object], situation: Situation
+) -> TransitionResult | None:
     """Begin to search for an answer to the next problem that was not asked before, on the corrected floor.
 
     Where cells that a dead robot held cut robots off from their goals, a plan leads nobody on: such a problem is asked
     only if there is no other at all.
     """
-    cells, members = situation.cells.without(memory.shut), members_of(collect.epoch, memory.me, situation)
+    cells, members = situation.cells.without_joins(memory.shut), members_of(collect.epoch, memory.me, situation)
     vain: Problem | None = None
     for number in range(first, len(RELAXATIONS)):
         problem = problem_of(number, members, situation, cells, memory.settings)
-        if problem.members and problem.asks not in asked:
-            if problem.leads_on:
+        if problem.members and problem.identity not in asked:
+            if problem.is_useful:
                 break
             vain = vain or problem
     else:
@@ -160,21 +169,21 @@ def _searching(
             return None
         problem = vain
     search = problem.search(collect.epoch, cells, memory.settings)
-    return Move(Searching(collect, problem, search, asked | {problem.asks}))
+    return TransitionResult(Searching(collect, problem, search, asked | {problem.identity}))
 
 
-def _is_proof(call: Searching, answer: Result) -> bool:
+def _is_proof(call: Searching, answer: SearchResult) -> bool:
     """Return True if it is proven that there is no plan, for any problem."""
-    return answer.outcome is Outcome.UNSOLVABLE and call.problem.exact
+    return answer.outcome is SearchOutcome.UNSOLVABLE and call.problem.exact
 
 
-def _plan(call: Searching, answer: Result, order: Precedence) -> JointPlan:
+def _plan(call: Searching, answer: SearchResult, order: Precedence) -> JointPlan:
     problem, names = call.problem, call.problem.members
     return JointPlan(
         epoch=call.epoch,
         ways=dict(zip(names, order.ways, strict=True)) | {robot: (cell,) for robot, cell in problem.at_rest.items()},
         through=bool(problem.vias),
-        until=(names[answer.who[0]],) if answer.outcome is Outcome.FOR_ONE else problem.until,
+        until=(names[answer.who[0]],) if answer.outcome is SearchOutcome.FOR_ONE else problem.until,
         after={
             robot: tuple(Entry(step, names[before.robot], before.place) for step, before in sorted(after.items()))
             for robot, after in zip(names, order.after, strict=True)

@@ -10,37 +10,37 @@ from typing import Final
 from swarm.messages.traffic import MOST_SHUT, Record, Refusal
 from swarm.traffic.joint.states import (
     NEVER,
+    BroadcastTurn,
     Call,
     Collecting,
-    Drops,
-    Following,
+    FollowedPlan,
     Free,
     Frozen,
-    Gets,
-    Leaves,
-    Memory,
-    Move,
-    Refused,
+    PlanArrival,
+    PlanDrop,
+    PlanningMemory,
+    PlanningStop,
+    PlanRefusal,
     Searching,
-    Speaks,
-    Wakes,
+    TransitionResult,
+    WakeUp,
 )
 from swarm.traffic.peers.records import TrafficNote
 from swarm.traffic.peers.situation import Situation
-from swarm.traffic.reservations.route import shut_joins
+from swarm.traffic.reservations.route import list_shut_joins
 from swarm.traffic.settings import TrafficConstants
 
 AT_REST: Final = 20  # ticks a robot has stood at its goal before it counts as resting there
 
 
-def asks(memory: Memory, call: Free, own: Speaks) -> Move | None:
+def ask_for_plan(memory: PlanningMemory, call: Free, own: BroadcastTurn) -> TransitionResult | None:
     """Ask the lowest id in hearing to lead, me included, if a conflict needs a joint plan; else ask nobody."""
-    if own.situation.tick >= memory.asks_from and reason(own, memory.settings) is not None:
-        return Move(named_leader(memory, call, own.situation))
-    return Move(call._replace(need=None)) if call.need is not None else None
+    if own.situation.tick >= memory.asks_from and reason_to_ask(own, memory.settings) is not None:
+        return TransitionResult(name_leader(memory, call, own.situation))
+    return TransitionResult(call._replace(need=None)) if call.need is not None else None
 
 
-def named_leader(memory: Memory, free: Free, situation: Situation) -> Free:
+def name_leader(memory: PlanningMemory, free: Free, situation: Situation) -> Free:
     """Return the state with the robot that should lead: the lowest id that is fresh, me included.
 
     A leader that does not answer is passed over.
@@ -56,7 +56,7 @@ def named_leader(memory: Memory, free: Free, situation: Situation) -> Free:
     return Free(leader, {**free.asked, leader: times})
 
 
-def reason(own: Speaks, settings: TrafficConstants) -> str | None:
+def reason_to_ask(own: BroadcastTurn, settings: TrafficConstants) -> str | None:
     """Return why a robot that is about to speak needs a joint plan, or None."""
     if not own.ahead:
         return None
@@ -67,11 +67,11 @@ def reason(own: Speaks, settings: TrafficConstants) -> str | None:
             continue
         if own.epoch is not None and record.epoch == own.epoch:
             continue  # it follows the same plan
-        if own.ahead[0] in record.held and _rests(record, situation.tick, settings):
+        if own.ahead[0] in record.held and _is_at_rest(record, situation.tick, settings):
             return "rest"
         if record.ahead and own.ahead[0] in record.held and record.ahead[0] in own.held:
             return "head-on"
-        if _circle(own, robot):
+        if _is_waiting_in_circle(own, robot):
             return "circle"
     for record in situation.fresh.values():
         if record.stands:
@@ -81,11 +81,11 @@ def reason(own: Speaks, settings: TrafficConstants) -> str | None:
     if own.epoch is None:
         if situation.mutes and situation.mutes.issuperset(own.waits):
             return None  # no plan makes a mute robot move
-        return "stuck" if own.waits and situation.tick - own.moved > _patience(own, settings) else None
-    return "plan stuck" if _plan_stands(own, settings) else None
+        return "stuck" if own.waits and situation.tick - own.moved > _ticks_until_stuck(own, settings) else None
+    return "plan stuck" if _is_plan_stuck(own, settings) else None
 
 
-def _patience(own: Speaks, settings: TrafficConstants) -> int:
+def _ticks_until_stuck(own: BroadcastTurn, settings: TrafficConstants) -> int:
     """Return how long a robot may stand before it is stuck [ticks]: longer if all robots waited for are silent.
 
     The robot first looks then: no plan makes a dead robot move, but its cell may be empty.
@@ -94,7 +94,7 @@ def _patience(own: Speaks, settings: TrafficConstants) -> int:
     return settings.stuck + (settings.surmise if looks else 0)
 
 
-def _will_meet(own: Speaks, record: Record) -> bool:
+def _will_meet(own: BroadcastTurn, record: Record) -> bool:
     """Return True if the ways that two robots tell use the same joins in opposite directions at the same time.
 
     Neither makes way for the other without a plan. A plan that is made while they are far apart leads them past each
@@ -109,14 +109,14 @@ def _will_meet(own: Speaks, record: Record) -> bool:
     return abs(first - other) < len(shared)
 
 
-def _rests(record: Record, tick: int, settings: TrafficConstants) -> bool:
+def _is_at_rest(record: Record, tick: int, settings: TrafficConstants) -> bool:
     """Return True if a robot rests at its goal. One with stops left rests only after longer: it may go on by itself."""
     lasts = AT_REST if record.done or record.idle else settings.stuck
     standing = not record.ahead and not record.claims and len(record.held) == 1
     return standing and tick - record.moved > lasts
 
 
-def _circle(own: Speaks, robot: str) -> bool:
+def _is_waiting_in_circle(own: BroadcastTurn, robot: str) -> bool:
     """Return True if the chain of robots that wait, from ``robot`` on, leads back to the robot that asks."""
     seen, front = {robot}, [robot]
     while front:
@@ -130,14 +130,14 @@ def _circle(own: Speaks, robot: str) -> bool:
     return False
 
 
-def _plan_stands(own: Speaks, settings: TrafficConstants) -> bool:
+def _is_plan_stuck(own: BroadcastTurn, settings: TrafficConstants) -> bool:
     """Return True if the robot has waited long and, as far as it hears, no member of its plan has made progress."""
     limit = own.situation.tick - settings.plan_stuck
     members = [record for record in own.situation.fresh.values() if record.epoch == own.epoch]
     return own.moved < limit and all(record.moved < limit for record in members)
 
 
-def called(memory: Memory, call: Call, situation: Situation) -> Move | None:
+def take_call(memory: PlanningMemory, call: Call, situation: Situation) -> TransitionResult | None:
     """Stand for the lowest leader that calls me. A robot that already stands or leads changes to a lower leader."""
     calls = [
         record.collect.epoch
@@ -149,63 +149,69 @@ def called(memory: Memory, call: Call, situation: Situation) -> Move | None:
         return None
     lowest = min(calls, key=lambda epoch: (epoch.leader, -epoch.tick))
     if isinstance(call, Free) or (lowest != call.epoch and lowest.leader <= call.epoch.leader):
-        return Move(Frozen(lowest, situation.tick))
+        return TransitionResult(Frozen(lowest, situation.tick))
     return None
 
 
-def plan_came(memory: Memory, call: Frozen, situation: Situation) -> Move | None:
+def receive_plan(memory: PlanningMemory, call: Frozen, situation: Situation) -> TransitionResult | None:
     """Adopt the plan that the robot stands for."""
     leader = situation.others.get(call.epoch.leader)
     if leader is None or leader.plan is None or leader.plan.epoch != call.epoch:
         return None
-    return Move(Free(), leader.plan)
+    return TransitionResult(Free(), leader.plan)
 
 
-def stood_in_vain(memory: Memory, call: Frozen, situation: Situation) -> Move | None:
+def abandon_call(memory: PlanningMemory, call: Frozen, situation: Situation) -> TransitionResult | None:
     """Stop standing: it took too long, or the leader has given the call up or fallen silent."""
     leader = situation.fresh.get(call.epoch.leader)
     calls = leader is not None and leader.collect is not None and leader.collect.epoch == call.epoch
     if calls and situation.tick - call.since <= memory.settings.freeze:
         return None
-    return Move(Free())
+    return TransitionResult(Free())
 
 
-def left(memory: Memory, call: Frozen | Collecting | Searching, event: Leaves) -> Move | None:
+def leave_calls(
+    memory: PlanningMemory, call: Frozen | Collecting | Searching, event: PlanningStop
+) -> TransitionResult | None:
     """Take part in no call: the robot was told to stop, or the floor has changed."""
-    return Move(Free())
+    return TransitionResult(Free())
 
 
-def woke(memory: Memory, call: Call, event: Wakes) -> Move | None:
+def leave_after_sleep(memory: PlanningMemory, call: Call, event: WakeUp) -> TransitionResult | None:
     """Take part in no call, ask nobody to lead, and lead nobody until I have listened: I was away."""
     memory.leads_from = event.tick + memory.settings.listen
-    return Move(call._replace(need=None) if isinstance(call, Free) else Free())
+    return TransitionResult(call._replace(need=None) if isinstance(call, Free) else Free())
 
 
-def adopts(memory: Memory, before: Following | None, event: Gets) -> Move | None:
+def adopt_plan(memory: PlanningMemory, before: FollowedPlan | None, event: PlanArrival) -> TransitionResult | None:
     """Follow the plan if it begins where the robot stands and the map has every join of the robot's way."""
     (plan, situation), me = event, memory.me
     way = plan.ways.get(me)
-    if way is None or way[0] != situation.head or shut_joins(way, situation.cells):
+    if way is None or way[0] != situation.head or list_shut_joins(way, situation.cells):
         return None
     memory.asks_from = situation.tick + memory.settings.calm
     if plan.epoch.leader != me:
         memory.published = None
     entries = {entry.step: entry for entry in plan.after.get(me, ())}
-    return Move(Following(me, plan, tuple(sorted(plan.ways)), situation.tick, memory.settings.absent, entries))
+    return TransitionResult(
+        FollowedPlan(me, plan, tuple(sorted(plan.ways)), situation.tick, memory.settings.absent, entries)
+    )
 
 
-def refuses(memory: Memory, before: Following | None, event: Gets) -> Move | None:
+def refuse_plan(memory: PlanningMemory, before: FollowedPlan | None, event: PlanArrival) -> TransitionResult | None:
     """Tell the leader which joins the map lacks, those of the robot's own way first; the plan followed stays."""
     (plan, situation), way = event, event.plan.ways.get(memory.me, ())
-    if not shut_joins(way, situation.cells) or way[0] != situation.head:
+    if not list_shut_joins(way, situation.cells) or way[0] != situation.head:
         return None
     ways = (way, *plan.ways.values())
-    shut = tuple(dict.fromkeys(join for one in ways for join in shut_joins(one, situation.cells)))
-    memory.refused = Refused(Refusal(plan.epoch, shut[:MOST_SHUT]), situation.tick)
+    shut = tuple(dict.fromkeys(join for one in ways for join in list_shut_joins(one, situation.cells)))
+    memory.refused = PlanRefusal(Refusal(plan.epoch, shut[:MOST_SHUT]), situation.tick)
     text = f"refuses the joint plan of {plan.epoch.leader}: no way from cell {shut[0][0]} to {shut[0][1]}"
-    return Move(before, events=(TrafficNote("plan_refused", (memory.me,), text),))
+    return TransitionResult(before, events=(TrafficNote("plan_refused", (memory.me,), text),))
 
 
-def dropped(memory: Memory, following: Following, event: Drops | Leaves) -> Move | None:
+def drop_plan(
+    memory: PlanningMemory, following: FollowedPlan, event: PlanDrop | PlanningStop
+) -> TransitionResult | None:
     """Follow no plan: it has led the robot where it could, does not fit any more, or the robot was told to stop."""
-    return Move(None)
+    return TransitionResult(None)

@@ -18,7 +18,7 @@ from swarm.traffic.peers.situation import Situation
 from swarm.traffic.settings import TrafficConstants
 
 
-class Round(Enum):
+class AvoidedCells(Enum):
     """The cells of robots that take no part that a plan avoids. Members look into the others before they enter them."""
 
     HELD = auto()  # all cells that they hold or claim
@@ -26,7 +26,7 @@ class Round(Enum):
     MIDDLES = auto()  # cells that their middles were in then: they may have driven out of the others
 
 
-class Displaced(Enum):
+class FallbackGoal(Enum):
     """Where a robot goes if another robot gets its goal."""
 
     NEAR = "near"  # near its goal, so that it arrives soon after the goal is free
@@ -36,22 +36,22 @@ class Displaced(Enum):
 class Relaxation(NamedTuple):
     """How a leader relaxes the problem; the next one follows if there is no answer."""
 
-    round: Round
+    round: AvoidedCells
     everybody: bool  # robots at their goals move too, if they are in the way
-    aside: Displaced
+    aside: FallbackGoal
     through: bool = False  # if robots share a target, all go on from their targets to their next ones
 
 
 RELAXATIONS: Final = (
-    Relaxation(Round.HELD, True, Displaced.NEAR, through=True),
-    Relaxation(Round.HELD, True, Displaced.NEAR),
+    Relaxation(AvoidedCells.HELD, True, FallbackGoal.NEAR, through=True),
+    Relaxation(AvoidedCells.HELD, True, FallbackGoal.NEAR),
     # a smaller problem: a search for many robots sometimes takes too long
-    Relaxation(Round.HELD, False, Displaced.NEAR),
-    Relaxation(Round.BODIES, True, Displaced.NEAR),
-    Relaxation(Round.HELD, True, Displaced.STAY),
-    Relaxation(Round.HELD, False, Displaced.STAY),
-    Relaxation(Round.BODIES, True, Displaced.STAY),
-    Relaxation(Round.MIDDLES, True, Displaced.NEAR),
+    Relaxation(AvoidedCells.HELD, False, FallbackGoal.NEAR),
+    Relaxation(AvoidedCells.BODIES, True, FallbackGoal.NEAR),
+    Relaxation(AvoidedCells.HELD, True, FallbackGoal.STAY),
+    Relaxation(AvoidedCells.HELD, False, FallbackGoal.STAY),
+    Relaxation(AvoidedCells.BODIES, True, FallbackGoal.STAY),
+    Relaxation(AvoidedCells.MIDDLES, True, FallbackGoal.NEAR),
 )
 WHOLE: Final = 2  # the first of them, in which nobody's goal counts less than another's
 
@@ -84,12 +84,12 @@ class Problem(NamedTuple):
     wanting: bool = False  # a member has stops left, and is not at its goal
 
     @property
-    def leads_on(self) -> bool:
+    def is_useful(self) -> bool:
         """True if a plan leads somebody to its goal, or over its target; or if nobody needs that."""
         return bool(self.eager or self.vias) or not self.wanting
 
     @property
-    def asks(self) -> object:
+    def identity(self) -> object:
         """What distinguishes it from other problems."""
         return self.members, self.goals, self.blocked, self.vias
 
@@ -131,18 +131,18 @@ def problem_of(
     """Return the problem of a relaxation."""
     relaxation = RELAXATIONS[number]
     heads = {robot: member.head for robot, member in everybody.items()}
-    in_the_way = situation.blocked | _bodies(situation, relaxation.round, cells)
-    if relaxation.round is Round.HELD:
-        in_the_way |= _strangers(situation, heads, cells, settings)
+    in_the_way = situation.blocked | _silent_body_cells(situation, relaxation.round, cells)
+    if relaxation.round is AvoidedCells.HELD:
+        in_the_way |= _outsider_cells(situation, heads, cells, settings)
     in_the_way -= set(heads.values())
     done = {robot for robot, member in everybody.items() if member.done}
     idle = {robot for robot in everybody if everybody[robot].idle} | (
-        done if relaxation.aside is Displaced.STAY else set()
+        done if relaxation.aside is FallbackGoal.STAY else set()
     )
-    vias = _vias(everybody, in_the_way, cells) if relaxation.through else {}
+    vias = _shared_targets(everybody, in_the_way, cells) if relaxation.through else {}
     wishes = {robot: member.then if robot in vias else member.goal for robot, member in everybody.items()}
     since = {robot: member.moved for robot, member in everybody.items()}
-    goals = assign(cells, heads, wishes, in_the_way, since, done, idle, relaxation.aside)
+    goals = assign_goals(cells, heads, wishes, in_the_way, since, done, idle, relaxation.aside)
     # nobody leaves its place for robots that only go back to theirs
     resting = (
         set()
@@ -154,7 +154,7 @@ def problem_of(
     blocked = frozenset(in_the_way | {heads[robot] for robot in resting})
     exact = not blocked and not settings.learns and not vias
     wanting = {robot: everybody[robot] for robot in members if robot not in idle}
-    eager = _eager(members, ends, wanting)
+    eager = _members_to_arrive(members, ends, wanting)
     return Problem(
         relaxation=number,
         members=members,
@@ -170,7 +170,7 @@ def problem_of(
     )
 
 
-def _vias(everybody: Mapping[str, Member], blocked: Collection[int], cells: CellMap) -> dict[str, int]:
+def _shared_targets(everybody: Mapping[str, Member], blocked: Collection[int], cells: CellMap) -> dict[str, int]:
     """Return the targets of the robots that can go on from there to their next ones, if any two share a target."""
     wanting = {robot: member for robot, member in everybody.items() if not (member.idle or member.done)}
     shared = Counter(member.goal for member in wanting.values())
@@ -187,7 +187,9 @@ def _vias(everybody: Mapping[str, Member], blocked: Collection[int], cells: Cell
     return found
 
 
-def _eager(members: Collection[str], ends: Collection[int], wanting: Mapping[str, Member]) -> tuple[int, ...]:
+def _members_to_arrive(
+    members: Collection[str], ends: Collection[int], wanting: Mapping[str, Member]
+) -> tuple[int, ...]:
     """Return the indices of the members that must reach their own goals, the longest waiting first.
 
     If any of them have stops left, only those count: the others only go back to where they stood.
@@ -200,27 +202,27 @@ def _eager(members: Collection[str], ends: Collection[int], wanting: Mapping[str
     return tuple(number for done, _, number in waiting if done == waiting[0][0])
 
 
-def _bodies(situation: Situation, round_: Round, cells: CellMap) -> frozenset[int]:
+def _silent_body_cells(situation: Situation, round_: AvoidedCells, cells: CellMap) -> frozenset[int]:
     """Return the cells in which bodies of silent robots are likely to be."""
-    if round_ is not Round.MIDDLES:
+    if round_ is not AvoidedCells.MIDDLES:
         return situation.bodies()
     return situation.bodies() & {cells.cell_of(record.x, record.y) for record in situation.others.values()}
 
 
-def _strangers(
+def _outsider_cells(
     situation: Situation, heads: Mapping[str, int], cells: CellMap, settings: TrafficConstants
 ) -> frozenset[int]:
     """Return the cells of robots that are near the members but take no part."""
     return frozenset(
         cell
         for robot, record in situation.others.items()
-        if robot not in heads and _is_among(record, heads.values(), cells, settings)
+        if robot not in heads and _is_near_members(record, heads.values(), cells, settings)
         for cell in (*record.held, *(claim.cell for claim in record.claims))
         if (robot, cell) not in situation.cleared
     )
 
 
-def _is_among(record: Record, heads: Collection[int], cells: CellMap, settings: TrafficConstants) -> bool:
+def _is_near_members(record: Record, heads: Collection[int], cells: CellMap, settings: TrafficConstants) -> bool:
     """Return True if a robot that takes no part was last heard so near the members that it must be asleep or dead.
 
     A robot that was farther away has driven out of hearing, and its place is not known.
@@ -229,7 +231,7 @@ def _is_among(record: Record, heads: Collection[int], cells: CellMap, settings: 
     return any(distance(cells.centre(head), (record.x, record.y)) <= near for head in heads)
 
 
-def assign(
+def assign_goals(
     cells: CellMap,
     heads: Mapping[str, int],
     wishes: Mapping[str, int],
@@ -237,7 +239,7 @@ def assign(
     since: Mapping[str, int],
     done: Collection[str] = (),
     idle: Collection[str] = (),
-    aside: Displaced = Displaced.NEAR,
+    aside: FallbackGoal = FallbackGoal.NEAR,
 ) -> dict[str, int]:
     """Return a goal cell for each robot that it can reach and that no other robot has.
 
@@ -268,7 +270,7 @@ def assign(
             if robot not in taken.values():
                 near, table = cells.distances(wish[robot]), reach[robot]
                 free = (cell for cell, steps in enumerate(table) if steps < FAR and cell not in taken)
-                taken[min(free, key=_order(aside, near, table, ways))] = robot
+                taken[min(free, key=_make_sort_key(aside, near, table, ways))] = robot
     return {robot: cell for cell, robot in taken.items()}
 
 
@@ -279,12 +281,12 @@ def _way(cells: CellMap, steps: Sequence[int], start: int, taken: Collection[int
         yield (cell := min(cells.neighbours[cell], key=lambda other: (steps[other], other in taken, other)))
 
 
-def _order(
-    aside: Displaced, near: Sequence[int], table: Sequence[int], ways: Collection[int]
+def _make_sort_key(
+    aside: FallbackGoal, near: Sequence[int], table: Sequence[int], ways: Collection[int]
 ) -> Callable[[int], tuple[int, ...]]:
     """Return the sort key of a cell: off the ways first, then by its steps from the goal and from the robot."""
     match aside:
-        case Displaced.NEAR:
+        case FallbackGoal.NEAR:
             return lambda cell: (cell in ways, near[cell], table[cell], cell)
-        case Displaced.STAY:
+        case FallbackGoal.STAY:
             return lambda cell: (cell in ways, table[cell], near[cell], cell)

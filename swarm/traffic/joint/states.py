@@ -6,7 +6,7 @@ from typing import Final, NamedTuple
 
 from swarm.messages.traffic import Collect, Entry, Epoch, JointPlan, Record, Refusal
 from swarm.traffic.joint.problem import Problem
-from swarm.traffic.mapf.planner import JointSearch, Result
+from swarm.traffic.mapf.planner import JointSearch, SearchResult
 from swarm.traffic.peers.records import TrafficNote
 from swarm.traffic.peers.situation import Situation
 from swarm.traffic.reservations.route import Join, RouteProgress
@@ -49,7 +49,7 @@ class Searching(NamedTuple):
     problem: Problem
     search: JointSearch
     asked: frozenset[object]  # this problem and those before it: none is asked twice
-    answer: Result | None = None
+    answer: SearchResult | None = None
 
     @property
     def epoch(self) -> Epoch:
@@ -60,7 +60,7 @@ class Searching(NamedTuple):
 Call = Free | Frozen | Collecting | Searching
 
 
-class Following(NamedTuple):
+class FollowedPlan(NamedTuple):
     """The joint plan that a robot follows: whose turn it is, and how long the robot stays in it."""
 
     me: str
@@ -158,7 +158,7 @@ class Following(NamedTuple):
         return record.stamp <= self.adopted + SETTLE or record.frozen == self.epoch
 
 
-class Speaks(NamedTuple):
+class BroadcastTurn(NamedTuple):
     """The robot is about to broadcast: what it will tell of its own way shows if a conflict blocks it."""
 
     robot: str
@@ -170,43 +170,43 @@ class Speaks(NamedTuple):
     situation: Situation
 
 
-class Leaves(NamedTuple):
+class PlanningStop(NamedTuple):
     """The robot was told to stop, or the floor has changed: it takes part in no call and follows no plan."""
 
 
-class Wakes(NamedTuple):
+class WakeUp(NamedTuple):
     """The robot has just started, or was away."""
 
     tick: int
 
 
-class Gets(NamedTuple):
+class PlanArrival(NamedTuple):
     """The robot gets a plan."""
 
     plan: JointPlan
     situation: Situation
 
 
-class Drops(NamedTuple):
+class PlanDrop(NamedTuple):
     """The plan has led the robot where it could, or the robot wants to be elsewhere, or a body shuts the way."""
 
 
-class Move(NamedTuple):
+class TransitionResult(NamedTuple):
     """The result of a transition."""
 
-    to: Call | Following | None
+    to: Call | FollowedPlan | None
     plan: JointPlan | None = None  # to be adopted
     events: tuple[TrafficNote, ...] = ()
 
 
-class Published(NamedTuple):
+class PublishedPlan(NamedTuple):
     """A plan that this robot made, and when."""
 
     plan: JointPlan
     tick: int
 
 
-class Refused(NamedTuple):
+class PlanRefusal(NamedTuple):
     """A plan that this robot could not follow, and when it came."""
 
     refusal: Refusal
@@ -214,7 +214,7 @@ class Refused(NamedTuple):
 
 
 @dataclass
-class Memory:
+class PlanningMemory:
     """What a robot needs for joint plans, and what it remembers from one call to the next."""
 
     me: str
@@ -224,9 +224,9 @@ class Memory:
     gather: int = field(init=False)  # ticks for which its next call waits for the members
     passed_over: dict[str, int] = field(default_factory=dict)  # silent leaders, and until when they are out [tick]
     spent: dict[str, int] = field(default_factory=dict)  # tick of the last call of each leader that the robot has left
-    published: Published | None = None  # the newest plan it made, until it adopts another robot's
-    unconfirmed: Published | None = None  # the newest plan it made, until it has checked who follows it
-    refused: Refused | None = None  # the newest plan it refused
+    published: PublishedPlan | None = None  # the newest plan it made, until it adopts another robot's
+    unconfirmed: PublishedPlan | None = None  # the newest plan it made, until it has checked who follows it
+    refused: PlanRefusal | None = None  # the newest plan it refused
     shut: dict[Join, int] = field(default_factory=dict)  # refused joins, and until when they count as shut [tick]
     reported: set[tuple[str, ...]] = field(default_factory=set)  # groups for which no plan was found within the budget
 

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from swarm.geometry import from_frame, to_frame
 from swarm.maps.occupancy import FREE, UNKNOWN, Cell, OccupancyMap, Point
-from swarm.traffic.lattice.discs import OPEN, STANDS, cells_under, line_is_clear, measure, nearest
+from swarm.traffic.lattice.discs import OPEN, STANDS, cells_under, compute_flags, line_is_clear, list_nearest_flagged
 from swarm.traffic.lattice.distances import Distances
-from swarm.traffic.lattice.extent import extent
+from swarm.traffic.lattice.extent import lattice_shape
 
 OUTSIDE: Final = -1  # not a cell: beyond the lattice
 ACROSS: Final = 16  # parts of a cell's side, at whose ends a body is tried
@@ -47,7 +47,7 @@ class CellMap:
         self.side = side
         self.radius = radius
         self.offset = offset
-        self.rows, self.columns = extent(occupancy, side, offset)
+        self.rows, self.columns = lattice_shape(occupancy, side, offset)
         self._unknown_is_free = unknown_is_free
         x, y, yaw = occupancy.origin
         self._frame = (x, y, cos(yaw), sin(yaw), *offset, side)
@@ -56,11 +56,11 @@ class CellMap:
         if like is None:
             self._solid = np.pad(_solid(occupancy.cells, unknown_is_free), 1, constant_values=True)
             self._flags = np.zeros((4, self.rows, self.columns), np.bool_)
-            self._measure(0, 0, self.rows, self.columns)
+            self._compute_flags(0, 0, self.rows, self.columns)
             self._open: tuple[bool, ...] = tuple(self._flags[OPEN].ravel().tolist())
             self.stands: tuple[bool, ...] = tuple(self._flags[STANDS].ravel().tolist())
             self.neighbours: tuple[tuple[int, ...], ...] = tuple(
-                near for _, near in self._joined(range(self.rows), range(self.columns))
+                near for _, near in self._iterate_joins(range(self.rows), range(self.columns))
             )
             self._centres: dict[int, Point] = {}
             self._distances = Distances(self.neighbours)
@@ -73,7 +73,7 @@ class CellMap:
         return self.rows * self.columns
 
     @property
-    def leaves_out(self) -> bool:
+    def has_unused_floor(self) -> bool:
         """True if free floor lies in cells that a wall reaches into: a way over the drawing may be none over cells."""
         free = np.count_nonzero(~self._solid) * self.occupancy.resolution**2
         return bool(sum(self._open) * self.side**2 < free - 0.5 * self.occupancy.resolution**2)
@@ -96,7 +96,7 @@ class CellMap:
         row, column = floor((c * dy - s * dx - up) / side), floor((c * dx + s * dy - along) / side)
         return row * self.columns + column if 0 <= row < self.rows and 0 <= column < self.columns else OUTSIDE
 
-    def touched(self, x: float, y: float, radius: float) -> tuple[int, ...]:
+    def cells_under_disc(self, x: float, y: float, radius: float) -> tuple[int, ...]:
         """Return every cell that a disc [m, map frame] reaches into, in ascending order; OUTSIDE may be among them."""
         x0, y0, c, s, along, up, side = self._frame
         dx, dy = x - x0, y - y0
@@ -113,23 +113,38 @@ class CellMap:
                     found.append(self._number(row, column))
         return tuple(found)
 
-    def around(self, cell: int, reach: int) -> list[int]:
+    def room_in(self, held: Collection[int], x: float, y: float, radius: float) -> float:
+        """Return the radius [m] of the largest disc around a point that lies inside the held cells, ``radius`` at most.
+
+        The edge of the lattice bounds no disc: what is beyond is wall.
+        """
+        x0, y0, c, s, along, up, side = self._frame
+        dx, dy, least = x - x0, y - y0, radius
+        u, v = c * dx + s * dy - along, c * dy - s * dx - up
+        for cell in self.cells_under_disc(x, y, radius):
+            if cell not in held and cell != OUTSIDE:
+                row, column = divmod(cell, self.columns)
+                across = max(column * side - u, u - (column + 1) * side, 0.0)
+                least = min(least, hypot(across, max(row * side - v, v - (row + 1) * side, 0.0)))
+        return least
+
+    def cells_around(self, cell: int, reach: int) -> list[int]:
         """List the cells at most ``reach`` rows and columns away from a cell, the cell itself included."""
         row, column = divmod(cell, self.columns)
         rows = range(max(0, row - reach), min(self.rows, row + reach + 1))
         columns = range(max(0, column - reach), min(self.columns, column + reach + 1))
         return [r * self.columns + c for r in rows for c in columns] if cell != OUTSIDE else []
 
-    def beside(self, cell: int) -> list[int]:
+    def adjacent_cells(self, cell: int) -> list[int]:
         """List the cells that share a side with a cell, joined or not, in ascending order."""
         row, column = divmod(cell, self.columns)
         near = ((row - 1, column), (row, column - 1), (row, column + 1), (row + 1, column))
         return [number for place in near if (number := self._number(*place)) != OUTSIDE]
 
-    def swept(self, points: Sequence[Point] | NDArray[np.float64], radius: float) -> frozenset[int]:
+    def swept_cells(self, points: Sequence[Point] | NDArray[np.float64], radius: float) -> frozenset[int]:
         """Return every cell of the lattice that a disc reaches into at any of the points [m, map frame]."""
         if len(points) == 1:
-            touched = frozenset(self.touched(points[0][0], points[0][1], radius))
+            touched = frozenset(self.cells_under_disc(points[0][0], points[0][1], radius))
             return touched - {OUTSIDE} if OUTSIDE in touched else touched
         places = np.asarray(points, np.float64)
         return frozenset(cells_under(places, radius, *self._frame, self.rows, self.columns).tolist())
@@ -138,14 +153,14 @@ class CellMap:
         """Return the cells of ``swept`` in the order in which the disc reaches them."""
         return tuple(dict.fromkeys(cells_under(points, radius, *self._frame, self.rows, self.columns).tolist()))
 
-    def fits(self, held: Collection[int], x: float, y: float, radius: float) -> bool:
+    def can_fit_disc(self, held: Collection[int], x: float, y: float, radius: float) -> bool:
         """Return True if a disc [m, map frame] lies inside the held cells and is clear of the walls in them."""
-        touched = self.touched(x, y, radius)
+        touched = self.cells_under_disc(x, y, radius)
         if any(cell not in held for cell in touched):
             return False
         return all(self._open[cell] for cell in touched) or self._is_clear((x, y), (x, y), radius, 2)
 
-    def moved_inside(self, cell: int, point: Point, radius: float) -> Point:
+    def move_inside(self, cell: int, point: Point, radius: float) -> Point:
         """Move a point to where a disc fits in the cell: inside its edges, then towards its middle [m, map frame]."""
         x0, y0 = self.centre(cell)
         row, column = divmod(cell, self.columns)
@@ -157,7 +172,7 @@ class CellMap:
         )
         for share in (1.0, 0.8, 0.6, 0.4, 0.2):
             x, y = x0 + share * (point[0] - x0), y0 + share * (point[1] - y0)
-            if self.fits((cell,), x, y, radius - 1e-6):
+            if self.can_fit_disc((cell,), x, y, radius - 1e-6):
                 return x, y
         return x0, y0
 
@@ -173,7 +188,7 @@ class CellMap:
         if not standable:
             along, up = to_frame(self.occupancy.origin, x, y)
             row, column = (up - self.offset[1]) / self.side, (along - self.offset[0]) / self.side
-            standable = nearest(self._flags[STANDS], row, column)
+            standable = list_nearest_flagged(self._flags[STANDS], row, column)
 
         def away(cell: int) -> float:
             centre = self.centre(cell)
@@ -181,7 +196,7 @@ class CellMap:
 
         return min(standable, key=away, default=OUTSIDE)
 
-    def leaning(self, cell: int, towards: int, radius: float) -> Point:
+    def leaning_point(self, cell: int, towards: int, radius: float) -> Point:
         """Return the point of a cell nearest to a joined cell where a disc stays inside its own cell [m, map frame]."""
         (x0, y0), (x1, y1) = self.centre(cell), self.centre(towards)
         share = max(0.0, 0.5 - radius / self.side)
@@ -222,7 +237,7 @@ class CellMap:
 
     def distances(self, goal: int, without: Collection[int] = ()) -> list[int]:
         """Return the steps from every cell to ``goal``, or FAR; no way enters ``without``. Do not change the list."""
-        return self._distances.to(goal, without)
+        return self._distances.steps_to(goal, without)
 
     @property
     def pieces(self) -> list[int]:
@@ -234,21 +249,21 @@ class CellMap:
 
     # ---- other floors, on the same lattice
 
-    def changed(self, occupancy: OccupancyMap, low: Cell, high: Cell) -> "CellMap":
+    def update_cells(self, occupancy: OccupancyMap, low: Cell, high: Cell) -> "CellMap":
         """Return the cells of an edited map; only fine cells from ``low`` up to but not including ``high`` may differ.
 
         The result is the same as if all cells were made again, but only the surroundings of the edit are computed. If
         no join changes, ``neighbours`` is the very same object.
         """
-        other = self._like(occupancy)
+        other = self._over_map(occupancy)
         other._solid = self._solid.copy()
         block = _solid(occupancy.cells[low[0] : high[0], low[1] : high[1]], self._unknown_is_free)
         other._solid[low[0] + 1 : high[0] + 1, low[1] + 1 : high[1] + 1] = block
         other._flags = self._flags.copy()
-        row, column = (self._near(low[axis], self.offset[1 - axis], -1) for axis in (0, 1))
-        beyond_row = min(self.rows, self._near(high[0], self.offset[1], 1))
-        beyond_column = min(self.columns, self._near(high[1], self.offset[0], 1))
-        other._measure(row, column, beyond_row, beyond_column)
+        row, column = (self._edit_bound(low[axis], self.offset[1 - axis], -1) for axis in (0, 1))
+        beyond_row = min(self.rows, self._edit_bound(high[0], self.offset[1], 1))
+        beyond_column = min(self.columns, self._edit_bound(high[1], self.offset[0], 1))
+        other._compute_flags(row, column, beyond_row, beyond_column)
         if (other._flags == self._flags).all():
             return other
         other._open = tuple(other._flags[OPEN].ravel().tolist())
@@ -257,19 +272,19 @@ class CellMap:
         other.stands = tuple(other._flags[STANDS].ravel().tolist())
         joined = list(self.neighbours)
         rows, columns = range(row, min(self.rows, beyond_row + 1)), range(column, min(self.columns, beyond_column + 1))
-        for cell, near in other._joined(rows, columns):
+        for cell, near in other._iterate_joins(rows, columns):
             joined[cell] = near
         if tuple(joined) != self.neighbours:
             other.neighbours = tuple(joined)
             other._distances = Distances(other.neighbours)
         return other
 
-    def without(self, shut: Iterable[tuple[int, int]]) -> "CellMap":
+    def without_joins(self, shut: Iterable[tuple[int, int]]) -> "CellMap":
         """Return the same cells, with the given pairs of neighbours no longer joined."""
         pairs = set(shut)
         if not pairs:
             return self
-        other = self._like(self.occupancy)
+        other = self._over_map(self.occupancy)
         other.neighbours = tuple(
             tuple(near for near in row if (cell, near) not in pairs and (near, cell) not in pairs)
             for cell, row in enumerate(self.neighbours)
@@ -277,14 +292,14 @@ class CellMap:
         other._distances = Distances(other.neighbours)
         return other
 
-    def _like(self, occupancy: OccupancyMap) -> "CellMap":
+    def _over_map(self, occupancy: OccupancyMap) -> "CellMap":
         """Return the same cells over another map of the same size."""
         return CellMap(
             occupancy, side=self.side, radius=self.radius, offset=self.offset,
             unknown_is_free=self._unknown_is_free, like=self,
         )  # fmt: skip
 
-    def _near(self, fine: int, offset: float, towards: int) -> int:
+    def _edit_bound(self, fine: int, offset: float, towards: int) -> int:
         """Return the first row or column that a fine cell affects (``towards`` -1), or the one after the last (1)."""
         at = (fine * self.occupancy.resolution - offset + towards * self.radius) / self.side
         return max(0, floor(at - 1.5) if towards < 0 else ceil(at + 0.5))
@@ -294,14 +309,14 @@ class CellMap:
     def _number(self, row: int, column: int) -> int:
         return row * self.columns + column if 0 <= row < self.rows and 0 <= column < self.columns else OUTSIDE
 
-    def _measure(self, row: int, column: int, beyond_row: int, beyond_column: int) -> None:
+    def _compute_flags(self, row: int, column: int, beyond_row: int, beyond_column: int) -> None:
         """Compute the flags of a block of cells."""
-        measure(
+        compute_flags(
             self._solid, self.occupancy.resolution, *self.offset, self.side, self.radius,
             row, column, beyond_row, beyond_column, self._flags,
         )  # fmt: skip
 
-    def _joined(self, rows: range, columns: range) -> Iterator[tuple[int, tuple[int, ...]]]:
+    def _iterate_joins(self, rows: range, columns: range) -> Iterator[tuple[int, tuple[int, ...]]]:
         """Yield each cell of a block with its joined neighbours: right, up, left, down."""
         stands, right, up = self._flags[:OPEN].tolist()
         for row in rows:

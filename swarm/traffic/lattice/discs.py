@@ -114,7 +114,7 @@ def _is_open(solid: NDArray[np.bool_], x: float, y: float, side: float, resoluti
 
 
 @njit("void(b1[:, ::1], f8, f8, f8, f8, f8, i8, i8, i8, i8, b1[:, :, ::1])", cache=True)
-def measure(
+def compute_flags(
     solid: NDArray[np.bool_],  # fine cells, with a solid rim around them
     resolution: float,  # m, side of a fine cell
     along: float,  # m, corner of the lattice
@@ -141,7 +141,7 @@ def measure(
             flags[OPEN, row, column] = _is_open(solid, along + column * side, up + row * side, side, resolution)
 
 
-def nearest(flags: NDArray[np.bool_], row: float, column: float) -> list[int]:
+def list_nearest_flagged(flags: NDArray[np.bool_], row: float, column: float) -> list[int]:
     """List the set ones of ``flags`` whose middles are nearest to a place (row, column), and those hardly farther."""
     rows, columns = np.nonzero(flags)
     away = np.hypot(rows + 0.5 - row, columns + 0.5 - column)

@@ -15,7 +15,7 @@ LARGEST: Final = 1 << 18  # steps in all tables, 2 MB; at least one table is kep
 Joined = NDArray[np.int32]  # (cells, most neighbours of a cell), filled up with NONE
 
 
-def joined(neighbours: Collection[Collection[int]]) -> Joined:
+def neighbour_table(neighbours: Collection[Collection[int]]) -> Joined:
     """Return the neighbours of all cells as ``breadth_first`` takes them."""
     most = max(map(len, neighbours), default=0)
     return np.array([(*near, *(NONE,) * (most - len(near))) for near in neighbours], np.int32).reshape(
@@ -62,14 +62,14 @@ class Distances:
         self._numbers: NDArray[np.object_] = np.array([FAR], object)  # 0, 1, 2 ... and FAR: the objects in all tables
         self._tables: dict[tuple[int, frozenset[int]], list[int]] = {}
 
-    def to(self, goal: int, without: Collection[int]) -> list[int]:
+    def steps_to(self, goal: int, without: Collection[int]) -> list[int]:
         """Return the steps from every cell to ``goal``, or FAR; no way enters ``without``."""
         key = (goal, frozenset(without))
         table = self._tables.get(key)
         if table is None:
             if self._joined is None:
-                self._joined = joined(self._neighbours)
-            table = self._shared(breadth_first(self._joined, goal, np.array([*key[1]], np.int64)))
+                self._joined = neighbour_table(self._neighbours)
+            table = self._share_list(breadth_first(self._joined, goal, np.array([*key[1]], np.int64)))
             if len(self._tables) >= max(1, min(KEPT, LARGEST // len(table))):
                 del self._tables[next(iter(self._tables))]
             self._tables[key] = table
@@ -91,7 +91,7 @@ class Distances:
             self._pieces = [*numbers, NONE]
         return self._pieces
 
-    def _shared(self, steps: NDArray[np.int64]) -> list[int]:
+    def _share_list(self, steps: NDArray[np.int64]) -> list[int]:
         """Return steps as a list without objects of its own: each FAR of its own would take four times the list."""
         longest = int(steps.max(where=steps < FAR, initial=0))
         if longest + 1 >= len(self._numbers):

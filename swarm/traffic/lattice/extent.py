@@ -8,7 +8,7 @@ from swarm.maps.occupancy import OccupancyMap, Point
 ROUNDING: Final = 1e-9  # cells; a learned map sums its length from finer cells and must get the same number of cells
 
 
-def extent(floor: OccupancyMap, side: float, offset: Point) -> tuple[int, int]:
+def lattice_shape(floor: OccupancyMap, side: float, offset: Point) -> tuple[int, int]:
     """Return the rows and columns of cells over a floor, as ``CellMap`` numbers them: row * columns + column.
 
     ``side`` [m] is a cell's. ``offset`` [m, the map's own frame] is the outer corner of cell 0.

@@ -11,7 +11,7 @@ from typing import Any, Final
 import msgspec
 
 from swarm.errors import ConfigError
-from swarm.geometry import distance, on_circle
+from swarm.geometry import distance, poses_on_circle
 from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.settings import Settings
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
@@ -46,21 +46,21 @@ def cells_of(floor: OccupancyMap, settings: Settings) -> CellMap:
     Raises:
         ConfigError: The settings do not say where the lattice lies.
     """
-    side, offset = _place(settings)
-    return lattice(floor, side, settings.robot.radius + OFF_LINE, offset, _lean(settings))
+    side, offset = _lattice_place(settings)
+    return build_lattice(floor, side, settings.robot.radius + OFF_LINE, offset, _lean_room(settings))
 
 
-def learned_cells(floor: OccupancyMap, settings: Settings) -> CellMap:
+def cells_of_learned_floor(floor: OccupancyMap, settings: Settings) -> CellMap:
     """Return the same lattice over what one robot has learned of a floor; unknown fine cells count as free.
 
     Raises:
         ConfigError: The settings do not say where the lattice lies.
     """
-    side, offset = _place(settings)
+    side, offset = _lattice_place(settings)
     return CellMap(floor, side=side, radius=settings.robot.radius + OFF_LINE, offset=offset, unknown_is_free=True)
 
 
-def _place(settings: Settings) -> tuple[float, Point]:
+def _lattice_place(settings: Settings) -> tuple[float, Point]:
     side, offset = settings.traffic.cell, settings.traffic.offset
     if side is None or offset is None:
         raise ConfigError(
@@ -78,19 +78,19 @@ def with_lattice(settings: Settings, floor: OccupancyMap) -> Settings:
     """
     traffic, sides = settings.traffic, _sides(settings, floor)
     if traffic.offset is not None:
-        return _settled(settings, sides[0], traffic.offset)
+        return _set_lattice(settings, sides[0], traffic.offset)
     fits = settings.robot.radius + OFF_LINE
     tried: list[tuple[float, Point]] = []
     for side in sides:
         offset = (
             (0.0, 0.0)
             if side == floor.resolution
-            else best_offset(floor, side=side, radius=fits, missed=lambda cells: _missed(cells, settings))
+            else best_offset(floor, side=side, radius=fits, missed=lambda cells: _count_missed_stops(cells, settings))
         )
         tried.append((side, offset))
-        if _serves(lattice(floor, side, fits, offset, _lean(settings)), settings):
-            return _settled(settings, side, offset)
-    return _settled(settings, *tried[0])
+        if _can_reach_all_stops(build_lattice(floor, side, fits, offset, _lean_room(settings)), settings):
+            return _set_lattice(settings, side, offset)
+    return _set_lattice(settings, *tried[0])
 
 
 def _sides(settings: Settings, floor: OccupancyMap) -> list[float]:
@@ -112,7 +112,7 @@ def lattices_tried(settings: Settings, floor: OccupancyMap) -> list[tuple[float,
     return [(side, 1 if side == floor.resolution else PHASES * PHASES) for side in sides]
 
 
-def _settled(settings: Settings, cell: float, offset: Point | None) -> Settings:
+def _set_lattice(settings: Settings, cell: float, offset: Point | None) -> Settings:
     traffic = msgspec.structs.replace(settings.traffic, cell=cell, offset=offset)
     return msgspec.structs.replace(settings, traffic=traffic)
 
@@ -121,17 +121,17 @@ def _stops(settings: Settings) -> list[Point]:
     """List the places to go to that are known before the start poses are drawn [m]; on a circle, starts are targets."""
     stops = [*settings.targets, *settings.pool, *(stop for stops in settings.own_targets for stop in stops)]
     if settings.start.circle is not None:
-        return [*stops, *(pose[:2] for pose in on_circle(*settings.start.circle, settings.robots))]
+        return [*stops, *(pose[:2] for pose in poses_on_circle(*settings.start.circle, settings.robots))]
     return stops + ([pose[:2] for pose in settings.start.poses or ()] if settings.return_home else [])
 
 
-def _missed(cells: CellMap, settings: Settings) -> int:
-    return sum(short_of(cells, stop, settings) > settings.reach for stop in _stops(settings))
+def _count_missed_stops(cells: CellMap, settings: Settings) -> int:
+    return sum(distance_to_stop(cells, stop, settings) > settings.reach for stop in _stops(settings))
 
 
-def _serves(cells: CellMap, settings: Settings) -> bool:
+def _can_reach_all_stops(cells: CellMap, settings: Settings) -> bool:
     """Return True if a robot that keeps to these cells can reach all stops from all starts."""
-    if traffic_settings(settings).claim_radius < LEAST_CLAIM * cells.side or _missed(cells, settings):
+    if traffic_settings(settings).claim_radius < LEAST_CLAIM * cells.side or _count_missed_stops(cells, settings):
         return False
     places = [*_stops(settings), *(pose[:2] for pose in settings.start.poses or ())]
     joined = [cells.nearest_standable(*place) for place in places]
@@ -153,7 +153,9 @@ def cells_within(cells: CellMap, area: tuple[float, float, float, float]) -> lis
 
 def standable_under(cells: CellMap, place: Point, settings: Settings) -> list[int]:
     """List the cells to stand in that a robot at a place [m] reaches into; none: it is in a nook between cells."""
-    return [cell for cell in cells.touched(*place, settings.robot.radius) if cell != OUTSIDE and cells.stands[cell]]
+    return [
+        cell for cell in cells.cells_under_disc(*place, settings.robot.radius) if cell != OUTSIDE and cells.stands[cell]
+    ]
 
 
 def comes_near(cells: CellMap, here: Point, there: Point, settings: Settings) -> bool:
@@ -167,26 +169,26 @@ def comes_near(cells: CellMap, here: Point, there: Point, settings: Settings) ->
         return True
     reachable = (cell for cell in range(len(cells)) if pieces[cell] in joined)
     nearest = min(reachable, key=lambda cell: (distance(cells.centre(cell), there), cell))
-    stand = cells.moved_inside(nearest, there, traffic_settings(settings).standing_room)
+    stand = cells.move_inside(nearest, there, traffic_settings(settings).standing_room)
     return distance(stand, there) <= settings.reach
 
 
-def short_of(cells: CellMap, stop: Point, settings: Settings) -> float:
+def distance_to_stop(cells: CellMap, stop: Point, settings: Settings) -> float:
     """Return how far from a stop [m] a robot stands that keeps to the cell of the stop; inf if there is no cell."""
     cell = cells.nearest_standable(*stop)
     if cell == OUTSIDE:
         return inf
-    return distance(cells.moved_inside(cell, stop, traffic_settings(settings).standing_room), stop) + NEAR
+    return distance(cells.move_inside(cell, stop, traffic_settings(settings).standing_room), stop) + NEAR
 
 
 @lru_cache(maxsize=4)
-def lattice(floor: OccupancyMap, side: float, fits: float, offset: Point | None, lean: float | None) -> CellMap:
+def build_lattice(floor: OccupancyMap, side: float, fits: float, offset: Point | None, lean: float | None) -> CellMap:
     """Return the lattice with cells of ``side`` [m] over a floor; ``fits`` [m] must be free around a cell's middle."""
     cells = CellMap(floor, side=side, radius=fits, offset=offset or (0.0, 0.0))
-    return cells if lean is None else without_unheard(cells, lean)
+    return cells if lean is None else remove_unheard_joins(cells, lean)
 
 
-def _lean(settings: Settings) -> float | None:
+def _lean_room(settings: Settings) -> float | None:
     """Return the room [m] that a robot keeps when it leans round corners; None if walls do not stop the radio."""
     return traffic_settings(settings).leaning_room if settings.radio.line_of_sight else None
 
@@ -221,7 +223,7 @@ def traffic_settings(settings: Settings) -> TrafficConstants:
         sensor_range=settings.sensors.range,
         learns=not settings.map.known,
     )
-    fresh = max(constants.fresh, constants.every * _in_a_row(radio.loss, DEAF))
+    fresh = max(constants.fresh, constants.every * _longest_loss_run(radio.loss, DEAF))
     later = max(0, fresh + constants.gap - constants.absent)
     constants = replace(
         constants,
@@ -231,17 +233,17 @@ def traffic_settings(settings: Settings) -> TrafficConstants:
         absent=constants.absent + later,
         plan_stuck=constants.plan_stuck + later,
         surmise=constants.surmise + later,
-        listen=max(constants.listen, constants.often * _in_a_row(radio.loss, UNHEARD)),
+        listen=max(constants.listen, constants.often * _longest_loss_run(radio.loss, UNHEARD)),
     )
     return replace(constants, **IN_SIGHT) if radio.line_of_sight else constants
 
 
-def _in_a_row(loss: float, chance: float) -> int:
+def _longest_loss_run(loss: float, chance: float) -> int:
     """Return how many broadcasts in a row are all lost with at most ``chance``, if the share ``loss`` is lost."""
     return ceil(log(chance) / log(min(loss, LOSSY))) if loss > 0.0 else 0
 
 
-def without_unheard(cells: CellMap, room: float) -> CellMap:
+def remove_unheard_joins(cells: CellMap, room: float) -> CellMap:
     """Return the cells without joins over which two robots could want one cell and not hear each other round a corner.
 
     A robot claims a cell from the middle of its own. If walls hide another robot from there, it leans towards the cell
@@ -253,12 +255,12 @@ def without_unheard(cells: CellMap, room: float) -> CellMap:
         parted = False
         for cell in range(len(cells)):
             for one, other in combinations(sorted(cells.neighbours[cell]), 2):
-                if not cells.in_sight(_stance(cells, one, cell, room), _stance(cells, other, cell, room)):
-                    cells = cells.without([(cell, other)])
+                if not cells.in_sight(_claim_point(cells, one, cell, room), _claim_point(cells, other, cell, room)):
+                    cells = cells.without_joins([(cell, other)])
                     parted = True
                     break
     return cells
 
 
-def _stance(cells: CellMap, cell: int, towards: int, room: float) -> Point:
-    return cells.leaning(cell, towards, room) if cells.is_blind(cell, towards) else cells.centre(cell)
+def _claim_point(cells: CellMap, cell: int, towards: int, room: float) -> Point:
+    return cells.leaning_point(cell, towards, room) if cells.is_blind(cell, towards) else cells.centre(cell)

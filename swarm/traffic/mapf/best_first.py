@@ -32,10 +32,10 @@ class BestFirst:
         self.steps: Steps = []
         self._neighbours = neighbours
         self._tables = tables
-        self._kept = [_packed(starts)]  # configurations, by number
+        self._kept = [_pack_state(starts)]  # configurations, by number
         self._parents = array("i", [-1])  # number of the configuration before each
-        self._seen = {_packed(starts)}
-        self._open = [self._left(starts) * NUMBERS]  # steps left * NUMBERS + number
+        self._seen = {_pack_state(starts)}
+        self._open = [self._steps_left(starts) * NUMBERS]  # steps left * NUMBERS + number
 
     def advance(self, expansions: int) -> SearchState:
         """Expand at most ``expansions`` more configurations; return the state of the search."""
@@ -47,17 +47,17 @@ class BestFirst:
             left, number = divmod(heappop(self._open), NUMBERS)
             self.expansions += 1
             if left == 0:
-                self.steps = self._run_to(number)
+                self.steps = self._reconstruct_steps(number)
                 self.state = SearchState.SOLVED
                 break
-            at = _unpacked(self._kept[number])
+            at = _unpack_state(self._kept[number])
             taken = set(at)
             for robot, cell in enumerate(at):
                 table = self._tables[robot]
                 for other in self._neighbours[cell]:
                     if other in taken:
                         continue
-                    following = _packed((*at[:robot], other, *at[robot + 1 :]))
+                    following = _pack_state((*at[:robot], other, *at[robot + 1 :]))
                     if following not in self._seen:
                         self._seen.add(following)
                         heappush(self._open, (left + table[other] - table[cell]) * NUMBERS + len(self._kept))
@@ -65,22 +65,22 @@ class BestFirst:
                         self._parents.append(number)
         return self.state
 
-    def _left(self, at: Configuration) -> int:
+    def _steps_left(self, at: Configuration) -> int:
         return sum(table[cell] for table, cell in zip(self._tables, at, strict=True))
 
-    def _run_to(self, number: int) -> Steps:
+    def _reconstruct_steps(self, number: int) -> Steps:
         steps = []
         while number >= 0:
-            steps.append(_unpacked(self._kept[number]))
+            steps.append(_unpack_state(self._kept[number]))
             number = self._parents[number]
         return steps[::-1]
 
 
-def _packed(cells: Sequence[int]) -> bytes:
+def _pack_state(cells: Sequence[int]) -> bytes:
     return array("i", cells).tobytes()
 
 
-def _unpacked(packed: bytes) -> Configuration:
+def _unpack_state(packed: bytes) -> Configuration:
     cells = array("i")
     cells.frombytes(packed)
     return tuple(cells)

@@ -3,7 +3,7 @@
 from collections.abc import Collection, Mapping, Sequence
 
 
-def faults(
+def list_plan_faults(
     steps: Sequence[Sequence[int]],
     *,
     starts: Sequence[int],

@@ -15,7 +15,7 @@ from enum import Enum
 from random import Random
 from typing import Final
 
-from swarm.traffic.mapf.pibt import Configuration, Joined, StepGenerator, Tables, Ties
+from swarm.traffic.mapf.pibt import Configuration, Joined, StepGenerator, Tables, TieBreak
 
 Orders = tuple[tuple[int, int], ...]  # constraints: (robot, cell that it goes to)
 Steps = list[Configuration]  # configurations, one per time step
@@ -32,7 +32,7 @@ class SearchState(Enum):
     UNSOLVABLE = "unsolvable"  # proven: every configuration within reach was expanded in every way
 
 
-class _Node:
+class _LacamNode:
     """One configuration: how it was reached, the priority of the robots, and the constraints still to be tried.
 
     A search keeps thousands: an array and a short list need a third of the memory of a list of floats and a deque.
@@ -40,7 +40,7 @@ class _Node:
 
     __slots__ = ("at", "been", "orders", "parent", "priority", "urgency")
 
-    def __init__(self, at: Configuration, been: Been, parent: "_Node | None", urgency: Iterable[float]) -> None:
+    def __init__(self, at: Configuration, been: Been, parent: "_LacamNode | None", urgency: Iterable[float]) -> None:
         self.at = at
         self.been = been
         self.parent = parent
@@ -49,7 +49,7 @@ class _Node:
         self.orders: list[Orders] = [()]  # the first is tried next
 
 
-class Search:
+class LacamSearch:
     """One search from ``starts`` to ``goals``; ``tables[i]`` holds the steps of robot i to its goal from every cell.
 
     Robots with a via visit that cell first. ``near_first``: at first, those nearest to theirs have priority, otherwise
@@ -63,7 +63,7 @@ class Search:
         starts: Configuration,
         goals: Configuration,
         *,
-        ties: Ties,
+        ties: TieBreak,
         random: Random,
         vias: Vias = (),
         near_first: bool = False,
@@ -77,12 +77,14 @@ class Search:
         self._generator: Final = StepGenerator(neighbours, tables, goals, ties=ties, random=random)
         self._tables: Final = tables
         self._vias: Final = vias
-        been = self._visited((), starts)
+        been = self._visited_vias((), starts)
         steps = [table[start] for table, start in zip(self._tables_for(been), starts, strict=True)]
         farthest = 1 + max(steps, default=0)
-        root = _Node(starts, been, None, [(farthest - 1 - left if near_first else left) / farthest for left in steps])
-        self._open: list[_Node] = [root]
-        self._known: dict[tuple[Configuration, Been], _Node] = {(starts, been): root}
+        root = _LacamNode(
+            starts, been, None, [(farthest - 1 - left if near_first else left) / farthest for left in steps]
+        )
+        self._open: list[_LacamNode] = [root]
+        self._known: dict[tuple[Configuration, Been], _LacamNode] = {(starts, been): root}
         if any(table[start] >= len(neighbours) for table, start in zip(tables, starts, strict=True)):
             self.state = SearchState.UNSOLVABLE  # no way leads to a goal
 
@@ -113,14 +115,14 @@ class Search:
         at = self._generator.step(node.at, before, node.priority, orders)
         if at is None:
             return
-        been = self._visited(node.been, at)
+        been = self._visited_vias(node.been, at)
         known = self._known.get((at, been))
         if known is None:
-            known = _Node(at, been, node, self._urgency(node, at, been))
+            known = _LacamNode(at, been, node, self._urgency(node, at, been))
             self._known[at, been] = known
         self._open.append(known)
 
-    def _visited(self, before: Been, at: Configuration) -> Been:
+    def _visited_vias(self, before: Been, at: Configuration) -> Been:
         """Return who has visited its via, a step later."""
         if not self._vias:
             return ()
@@ -140,7 +142,7 @@ class Search:
             for table, via, there in zip(self._tables, self._vias, been, strict=True)
         ]
 
-    def _add_orders(self, node: _Node, orders: Orders) -> None:
+    def _add_orders(self, node: _LacamNode, orders: Orders) -> None:
         """Queue every constraint on the next robot, on top of these constraints, for later expansions."""
         if len(orders) == len(node.at):
             return
@@ -150,7 +152,7 @@ class Search:
         self._random.shuffle(cells)
         node.orders.extend([(*orders, (robot, cell)) for cell in cells])
 
-    def _urgency(self, node: _Node, at: Configuration, been: Been) -> list[float]:
+    def _urgency(self, node: _LacamNode, at: Configuration, been: Been) -> list[float]:
         """Return the urgencies one step later: robots not at their goals gain 1, robots at their goals fall below 1."""
         return [
             urgency % 1.0 if cell == goal and (not been or been[robot]) else urgency + 1.0
@@ -158,7 +160,7 @@ class Search:
         ]
 
 
-def _way_to(node: _Node) -> Steps:
+def _way_to(node: _LacamNode) -> Steps:
     steps = [node.at]
     while node.parent:
         node = node.parent
@@ -167,7 +169,7 @@ def _way_to(node: _Node) -> Steps:
     return steps
 
 
-def without_detours(steps: Sequence[Configuration], vias: Sequence[int] = ()) -> Steps:
+def remove_detours(steps: Sequence[Configuration], vias: Sequence[int] = ()) -> Steps:
     """Return the plan without detours: a robot stays in a cell if it would return before another robot enters it.
 
     No other robot is affected: the cell was free, and cells that the robot no longer enters stay free. ``vias`` are the

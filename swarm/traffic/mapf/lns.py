@@ -10,21 +10,21 @@ from typing import Final
 
 import numpy as np
 
-from swarm.traffic.lattice.distances import joined
+from swarm.traffic.lattice.distances import neighbour_table
 from swarm.traffic.mapf.lacam import Vias
 from swarm.traffic.mapf.pibt import Joined, Tables
-from swarm.traffic.mapf.schedule import NONE, Schedule, rerouted
+from swarm.traffic.mapf.schedule import NONE, Schedule, reroute
 
 MOST_OUT: Final = 5  # robots taken out at once
 
 
-class Improving:
+class PlanImprover:
     """Changes of plans; ``pops`` counts the expansions."""
 
     def __init__(self, neighbours: Joined, tables: Tables, random: Random, vias: Vias = ()) -> None:
         self.pops = 0
         self._random = random
-        self._joined = joined(neighbours)
+        self._joined = neighbour_table(neighbours)
         self._tables = np.array([tables, tables], np.int64).transpose(1, 0, 2).copy()
         self._visits = np.full(len(tables), NONE)
         for robot, via in enumerate(vias):
@@ -32,12 +32,12 @@ class Improving:
                 self._visits[robot] = cell = via.index(0)
                 self._tables[robot, 1] = np.array(via, np.int64) + tables[robot][cell]
 
-    def changed(self, plan: Schedule) -> Schedule | None:
+    def replan_robots(self, plan: Schedule) -> Schedule | None:
         """Return the plan with new ways for some robots, or None if one of them finds no way."""
         robots = range(len(plan.ways))
         out = self._random.sample(robots, self._random.randint(1, min(MOST_OUT, len(robots))))
         ways, lengths, times = plan.ways.copy(), plan.lengths.copy(), plan.times.copy()
-        last, total, pops = rerouted(
+        last, total, pops = reroute(
             np.array(out), ways, lengths, times, self._joined, self._tables, self._visits, self._random.getrandbits(31)
         )
         self.pops += pops

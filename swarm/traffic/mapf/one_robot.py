@@ -19,7 +19,7 @@ Part = frozenset[int]  # cells that are joined without the robot's cell
 VISITS: Final = 3  # visited cells and new nodes, for each robot, that take as long as one expansion of a configuration
 
 
-class _Node(NamedTuple):
+class _OneRobotNode(NamedTuple):
     """A state that is still to be expanded: the robot's next cell, and how the others share the parts beside it."""
 
     at: Configuration  # before the others make room
@@ -43,7 +43,7 @@ class OneRobot:
         self._parts: dict[tuple[int, int], tuple[Part, ...]] = {}
         self._found: list[tuple[int, Steps]] = []  # of each expanded node: the one before, and the steps from it
         self._seen: set[tuple[int, ...]] = set()
-        self._nodes = [_Node(starts, 0, -1, starts[robot], ())]
+        self._nodes = [_OneRobotNode(starts, 0, -1, starts[robot], ())]
         self._open = [(table[starts[robot]], 0)]  # least steps in all, number of the node
 
     def advance(self, expansions: int) -> SearchState:
@@ -58,38 +58,38 @@ class OneRobot:
             self.expansions += 1 + self._visits // (VISITS * len(self._nodes[0].at))
         return self.state
 
-    def _expand(self, node: _Node) -> None:
-        steps = self._carried_out(node)
+    def _expand(self, node: _OneRobotNode) -> None:
+        steps = self._configurations_of_move(node)
         at = steps[-1]
         here = at[self._robot]
-        key = (here, *(sum(cell in part for cell in at) for part in self._cut(here)))
+        key = (here, *(sum(cell in part for cell in at) for part in self._parts_of_cut(here)))
         if key in self._seen:
             return
         self._seen.add(key)
         self._found.append((node.parent, steps[1:]))
         number, moves = len(self._found) - 1, node.steps + len(steps) - 1
         if self._table[here] == 0:
-            self.steps = [self._nodes[0].at, *self._run_to(number)]
+            self.steps = [self._nodes[0].at, *self._reconstruct_steps(number)]
             self.state = SearchState.SOLVED
             return
         for other in self._neighbours[here]:
-            beside = self._cut(here, other)
+            beside = self._parts_of_cut(here, other)
             now = [sum(cell in part for cell in at) for part in beside]
             count = sum(now) + (other in at)
             for shares in _shares(count, [len(part) for part in beside]):
                 moved = sum(max(0, had - gets) for had, gets in zip(now, shares, strict=True)) + (other in at)
                 least = moves + 1 + moved + self._table[other]
                 heappush(self._open, (least, len(self._nodes)))
-                self._nodes.append(_Node(at, moves, number, other, shares))
+                self._nodes.append(_OneRobotNode(at, moves, number, other, shares))
                 self._visits += 1
 
-    def _carried_out(self, node: _Node) -> Steps:
+    def _configurations_of_move(self, node: _OneRobotNode) -> Steps:
         """Return the configurations from the node's to the one in which the robot has moved."""
         here, to = node.at[self._robot], node.to
         steps = [node.at]
         if here == to:
             return steps
-        parts = self._cut(here, to)
+        parts = self._parts_of_cut(here, to)
         taken = {cell: robot for robot, cell in enumerate(node.at)}
         left = [gets - sum(cell in taken for cell in part) for part, gets in zip(parts, node.shares, strict=True)]
         while to in taken or any(left):
@@ -105,8 +105,8 @@ class OneRobot:
             pairs = list(pairwise(way)) if full else [(cell, before) for before, cell in pairwise(way)]
             for cell, following in reversed(pairs):
                 robot = taken[following] = taken.pop(cell)
-                steps.append(_moved(steps[-1], robot, following))
-        steps.append(_moved(steps[-1], self._robot, to))
+                steps.append(_move_robot(steps[-1], robot, following))
+        steps.append(_move_robot(steps[-1], self._robot, to))
         return steps
 
     def _way(self, start: int, part: Part, taken: Collection[int], *, to_free: bool) -> list[int] | None:
@@ -127,18 +127,18 @@ class OneRobot:
                     waiting.append(other)
         return None
 
-    def _cut(self, cell: int, other: int = -1) -> tuple[Part, ...]:
+    def _parts_of_cut(self, cell: int, other: int = -1) -> tuple[Part, ...]:
         """Return the parts into which a cell cuts the graph, or ``other`` the one of these parts that it is in."""
         if (cell, other) not in self._parts:
             begins = self._neighbours[cell if other < 0 else other]
             parts: list[Part] = []
             for begin in begins:
                 if begin not in (cell, other) and not any(begin in part for part in parts):
-                    parts.append(self._joined(begin, (cell, other)))
+                    parts.append(self._find_part(begin, (cell, other)))
             self._parts[cell, other] = tuple(parts)
         return self._parts[cell, other]
 
-    def _joined(self, begin: int, without: Collection[int]) -> Part:
+    def _find_part(self, begin: int, without: Collection[int]) -> Part:
         found, waiting = {begin}, [begin]
         while waiting:
             for other in self._neighbours[waiting.pop()]:
@@ -148,7 +148,7 @@ class OneRobot:
         self._visits += len(found)
         return frozenset(found)
 
-    def _run_to(self, number: int) -> Steps:
+    def _reconstruct_steps(self, number: int) -> Steps:
         parts = []
         while number >= 0:
             number, steps = self._found[number]
@@ -168,5 +168,5 @@ def _shares(count: int, most: Sequence[int]) -> Iterator[tuple[int, ...]]:
             yield (first, *others)
 
 
-def _moved(at: Configuration, robot: int, cell: int) -> Configuration:
+def _move_robot(at: Configuration, robot: int, cell: int) -> Configuration:
     return (*at[:robot], cell, *at[robot + 1 :])

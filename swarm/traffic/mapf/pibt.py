@@ -22,7 +22,7 @@ UNDECIDED: Final = -1
 TURN_COST: Final = 0.5  # steps, added to a cell that is not favoured; less than 1, so that it only breaks ties
 
 
-class Ties(Enum):
+class TieBreak(Enum):
     """Which of two cells equally near the goal is preferred."""
 
     RANDOM = "random"
@@ -32,7 +32,9 @@ class Ties(Enum):
 class StepGenerator:
     """Computes the next configuration of all robots from the present one, under priorities and constraints (orders)."""
 
-    def __init__(self, neighbours: Joined, tables: Tables, goals: Configuration, *, ties: Ties, random: Random) -> None:
+    def __init__(
+        self, neighbours: Joined, tables: Tables, goals: Configuration, *, ties: TieBreak, random: Random
+    ) -> None:
         self.neighbours = neighbours
         self.tables = tables
         self.goals = goals
@@ -53,7 +55,7 @@ class StepGenerator:
         for robot, cell in enumerate(at):
             now[cell] = robot
         try:
-            return self._fill(priority, orders)
+            return self._assign_cells(priority, orders)
         finally:
             for robot, cell in enumerate(at):
                 now[cell] = NOBODY
@@ -61,19 +63,19 @@ class StepGenerator:
                     then[to[robot]] = NOBODY
                     to[robot] = UNDECIDED
 
-    def _fill(self, priority: Sequence[int], orders: Sequence[tuple[int, int]]) -> Configuration | None:
+    def _assign_cells(self, priority: Sequence[int], orders: Sequence[tuple[int, int]]) -> Configuration | None:
         to = self._to
         for robot, cell in orders:
-            if self._next[cell] != NOBODY or self._clashes(robot, cell):
+            if self._next[cell] != NOBODY or self._has_conflict(robot, cell):
                 return None
             to[robot] = cell
             self._next[cell] = robot
         for robot in priority:
-            if to[robot] == UNDECIDED and not self._move(robot):
+            if to[robot] == UNDECIDED and not self._choose_next_cell(robot):
                 return None
         return tuple(to)
 
-    def _clashes(self, robot: int, cell: int) -> bool:
+    def _has_conflict(self, robot: int, cell: int) -> bool:
         """Return True if entering the cell would swap places with another robot, or close a ring of movers."""
         home = self._at[robot]
         if cell == home:
@@ -89,28 +91,28 @@ class StepGenerator:
             other = now[cell]
         return False
 
-    def _move(self, robot: int) -> bool:
+    def _choose_next_cell(self, robot: int) -> bool:
         """Return True if a robot finds a cell, pushing the robots in its way; if it finds none, it stays."""
         home = self._at[robot]
-        wishes = self._wishes(robot)
+        wishes = self._cells_by_preference(robot)
         partner = self._swap_partner(robot, wishes[0]) if wishes[0] != home else NOBODY
         if partner != NOBODY:
             wishes.reverse()
         now, then, to = self._now, self._next, self._to
         for rank, cell in enumerate(wishes):
             other = now[cell]
-            if then[cell] != NOBODY or (other not in (NOBODY, robot) and self._clashes(robot, cell)):
+            if then[cell] != NOBODY or (other not in (NOBODY, robot) and self._has_conflict(robot, cell)):
                 continue
             then[cell] = robot
             to[robot] = cell
-            if other not in (NOBODY, robot) and to[other] == UNDECIDED and not self._move(other):
+            if other not in (NOBODY, robot) and to[other] == UNDECIDED and not self._choose_next_cell(other):
                 continue
             if (
                 rank == 0
                 and partner != NOBODY
                 and to[partner] == UNDECIDED
                 and then[home] == NOBODY
-                and not self._clashes(partner, home)
+                and not self._has_conflict(partner, home)
             ):
                 to[partner] = home
                 then[home] = partner
@@ -119,11 +121,11 @@ class StepGenerator:
         to[robot] = home
         return False
 
-    def _wishes(self, robot: int) -> list[int]:
+    def _cells_by_preference(self, robot: int) -> list[int]:
         """Return the cells it can go to, nearest to the goal first; ties as ``ties`` says, then by chance."""
         home = self._at[robot]
         table, chance = self.tables[robot], self.random.random
-        straight_on = self.ties is Ties.STRAIGHT and self._before[robot] != home
+        straight_on = self.ties is TieBreak.STRAIGHT and self._before[robot] != home
         favoured = 2 * home - self._before[robot] if straight_on else NOWHERE
         cost = {
             cell: table[cell] + (0.4 * chance() if cell == favoured else TURN_COST + 0.4 * chance())
@@ -158,7 +160,7 @@ class StepGenerator:
                 return other
         return NOBODY
 
-    def _onward(self, pusher_at: int, puller_at: int) -> tuple[int, int]:
+    def _count_ways_on(self, pusher_at: int, puller_at: int) -> tuple[int, int]:
         """Return the number of ways on for the puller, except dead ends whose owner rests, and the last of them."""
         ways, onward = 0, UNDECIDED
         for cell in self.neighbours[puller_at]:
@@ -174,7 +176,7 @@ class StepGenerator:
         """Return True if two robots must change places to reach their goals: no side way opens while one pushes."""
         push, pull = self.tables[pusher], self.tables[puller]
         while push[puller_at] < push[pusher_at]:
-            ways, onward = self._onward(pusher_at, puller_at)
+            ways, onward = self._count_ways_on(pusher_at, puller_at)
             if ways >= 2:
                 return False
             if ways == 0:
@@ -186,7 +188,7 @@ class StepGenerator:
         """Return True if the two robots reach a junction to change places at while one pulls the other back."""
         pusher_at, puller_at = pusher_from, puller_from
         while puller_at != pusher_from:
-            ways, onward = self._onward(pusher_at, puller_at)
+            ways, onward = self._count_ways_on(pusher_at, puller_at)
             if ways != 1:
                 return ways >= 2
             pusher_at, puller_at = puller_at, onward

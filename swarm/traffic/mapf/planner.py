@@ -20,15 +20,15 @@ from random import Random
 from typing import Final
 
 from swarm.traffic.mapf.best_first import BestFirst
-from swarm.traffic.mapf.lacam import Search, SearchState, Steps, Vias, without_detours
-from swarm.traffic.mapf.lns import Improving
+from swarm.traffic.mapf.lacam import LacamSearch, SearchState, Steps, Vias, remove_detours
+from swarm.traffic.mapf.lns import PlanImprover
 from swarm.traffic.mapf.one_robot import OneRobot
-from swarm.traffic.mapf.pibt import Configuration, Joined, Tables, Ties
+from swarm.traffic.mapf.pibt import Configuration, Joined, Tables, TieBreak
 from swarm.traffic.mapf.precedence import Precedence, order_of
-from swarm.traffic.mapf.schedule import Schedule, scheduled
+from swarm.traffic.mapf.schedule import Schedule, schedule_plan
 
 PATIENCE: Final = 4  # once there is a plan, a restart may cost this many times its expansions: more is rarely better
-TURNS: Final = (Ties.STRAIGHT, Ties.RANDOM)  # the ties of the starts, in turn (docs/decisions/0033-ties.md)
+TURNS: Final = (TieBreak.STRAIGHT, TieBreak.RANDOM)  # the ties of the starts, in turn (docs/decisions/0033-ties.md)
 EXTRA: Final = 30  # expansions that any start may cost, beyond its share
 LATE: Final = 4  # starts without a plan, after which each pair is tried alone
 PAIR: Final = 2_000  # expansions for one pair at most
@@ -45,7 +45,7 @@ BEST_FIRST: Final = 10_000  # expansions for one question to the search that mov
 Plan = tuple[tuple[float, float], Schedule]  # how it is judged, and the plan
 
 
-class Outcome(Enum):
+class SearchOutcome(Enum):
     """The outcome of a search: a plan in the first two cases, a proof in the third."""
 
     SOLVED = "solved"
@@ -64,10 +64,10 @@ class Budget:
 
 
 @dataclass(frozen=True, slots=True)
-class Result:
+class SearchResult:
     """A finished search."""
 
-    outcome: Outcome
+    outcome: SearchOutcome
     steps: Steps  # when solved
     order: Precedence | None
     who: tuple[int, ...] = ()  # unsolvable: robots that cannot all arrive in any case; solved for one: that one
@@ -100,18 +100,18 @@ class JointSearch:
     ) -> None:
         if len(set(starts)) < len(starts) or len(set(goals)) < len(goals):
             raise ValueError(f"two robots in one cell: starts {starts}, goals {goals}")
-        self.result: Result | None = None
+        self.result: SearchResult | None = None
         self._problem = (neighbours, tables, starts, goals)
         self._budget = budget
         self._random = random
         self._spent = 0
         self._begun = 0
-        self._search: Search | None = None
+        self._search: LacamSearch | None = None
         self._vias = vias if any(via is not None for via in vias) else ()
         self._visits = [-1 if via is None else via.index(0) for via in self._vias]  # cell that each robot visits
         self._pairs = [] if self._vias else list(combinations(range(len(starts)), 2))[::-1]
         self._best: Plan | None = None
-        self._improver: Improving | None = None
+        self._improver: PlanImprover | None = None
         self._improving = 0  # expansions that changes of the plan have cost
         self._fruitless = 0  # changes since the plan last became quicker
         self._least = 0  # expansions of the cheapest plan so far
@@ -127,20 +127,20 @@ class JointSearch:
             ways[robot] = ways[robot] if via is None else via[starts[robot]] + via[goals[robot]]
         self._longest = max(ways, default=0)
 
-    def advance(self, expansions: int) -> Result | None:
+    def advance(self, expansions: int) -> SearchResult | None:
         """Spend at most ``expansions``; return the result once there is one."""
         while self.result is None and expansions > 0:
-            if self._best is not None and (self._satisfied or self._is_lost):
+            if self._best is not None and (self._is_satisfied or self._is_exhausted):
                 expansions -= self._improve(self._best, expansions)
                 continue
             if self._best is None and self._begun > LATE and self._pairs:
                 expansions -= self._try_a_pair()
                 continue
             all_asked = len(self._questions) <= len(self._eager)
-            if self._best is None and self._questions and self._begun > LATE and (not all_asked or self._is_lost):
+            if self._best is None and self._questions and self._begun > LATE and (not all_asked or self._is_exhausted):
                 expansions -= self._try_best_first(expansions)
                 continue
-            search = self._search or self._begin()
+            search = self._search or self._begin_search()
             if search is None:
                 break
             before = search.expansions
@@ -149,14 +149,14 @@ class JointSearch:
             expansions -= spent
             self._spent += spent
             if state is SearchState.SOLVED:
-                self._keep(search)
+                self._keep_solution(search)
             elif state is SearchState.UNSOLVABLE:
                 self._together, self._search, self._begun = False, None, LATE + 1
             elif self._allowance(search) <= 0:
                 self._search = None
         return self.result
 
-    def _allowance(self, search: Search) -> int:
+    def _allowance(self, search: LacamSearch) -> int:
         """Return how many expansions this start may still cost: short tries first, twice as many every fourth time.
 
         Depth-first search sometimes takes very long. A restart with other random choices is then cheaper than going on.
@@ -178,7 +178,7 @@ class JointSearch:
                 continue
             search = OneRobot(neighbours, tables[robot], tuple(starts[r] for r in pair), number)
             if search.advance(PAIR) is SearchState.UNSOLVABLE:
-                self._finish(Outcome.UNSOLVABLE, pair)
+                self._finish(SearchOutcome.UNSOLVABLE, pair)
             spent += search.expansions
         return 1 + 2 * spent // len(starts)
 
@@ -199,51 +199,51 @@ class JointSearch:
         before = search.expansions
         state = search.advance(expansions)
         if state is SearchState.SOLVED:
-            self._take(search.steps, max(1, search.expansions // len(starts)))
+            self._keep_if_quicker(search.steps, max(1, search.expansions // len(starts)))
             if len(eager) < len(starts):
-                self._finish(Outcome.FOR_ONE, eager)
+                self._finish(SearchOutcome.FOR_ONE, eager)
         elif state is SearchState.UNSOLVABLE and len(eager) == 1:
-            self._finish(Outcome.UNSOLVABLE, tuple(range(len(starts))))
+            self._finish(SearchOutcome.UNSOLVABLE, tuple(range(len(starts))))
         if state is not SearchState.RUNNING or search.expansions == before or search.expansions >= BEST_FIRST:
             self._together = self._together and not (state is SearchState.UNSOLVABLE and len(eager) == len(starts))
             self._questions = self._questions[1:]
             self._best_first = None
         return max(1, search.expansions - before)
 
-    def _begin(self) -> Search | None:
+    def _begin_search(self) -> LacamSearch | None:
         neighbours, tables, starts, goals = self._problem
-        if self._is_lost or (self._vias and self._best is None and self._begun > 2 * LATE):
-            self._finish(Outcome.NOT_FOUND)
+        if self._is_exhausted or (self._vias and self._best is None and self._begun > 2 * LATE):
+            self._finish(SearchOutcome.NOT_FOUND)
             return None
         ties, near_first = TURNS[self._begun % len(TURNS)], bool(self._vias) and self._begun % 2 == 0
-        self._search = Search(
+        self._search = LacamSearch(
             neighbours, tables, starts, goals, ties=ties, random=self._random, vias=self._vias, near_first=near_first
         )
         self._begun += 1
         return self._search
 
     @property
-    def _is_lost(self) -> bool:
+    def _is_exhausted(self) -> bool:
         """True if a search for all goals at once cannot find anything more."""
         return self._spent >= self._budget.expansions or not self._together
 
     @property
-    def _satisfied(self) -> bool:
+    def _is_satisfied(self) -> bool:
         return self._begun >= self._budget.starts or self._spent >= self._budget.enough
 
-    def _keep(self, search: Search) -> None:
-        self._take(search.steps, search.expansions)
+    def _keep_solution(self, search: LacamSearch) -> None:
+        self._keep_if_quicker(search.steps, search.expansions)
 
-    def _take(self, found: Steps, expansions: int) -> None:
+    def _keep_if_quicker(self, found: Steps, expansions: int) -> None:
         """Keep a plan if it is the quickest so far."""
-        plan = scheduled(without_detours(found, self._visits))
-        judged = self._judged(plan)
+        plan = schedule_plan(remove_detours(found, self._visits))
+        judged = self._plan_cost(plan)
         self._least = expansions if self._best is None else min(self._least, expansions)
         if self._best is None or judged < self._best[0]:
             self._best = (judged, plan)
         self._search = None
 
-    def _judged(self, plan: Schedule) -> tuple[float, float]:
+    def _plan_cost(self, plan: Schedule) -> tuple[float, float]:
         """Return what counts of a plan: its last arrival, then all; where robots queue, the mean one counts as well."""
         mean = plan.total / len(plan.ways) if self._vias else 0.0
         return plan.last + mean, plan.total
@@ -256,13 +256,13 @@ class JointSearch:
         neighbours, tables, starts, _ = self._problem
         fruitless = FRUITLESS * (THROUGH if self._vias else 1)
         if len(starts) == 1 or self._fruitless >= fruitless or self._improving >= self._budget.enough:
-            return self._compare(best, expansions)
+            return self._compare_with_one_by_one(best, expansions)
         self._fruitless += 1
-        improving = self._improver = self._improver or Improving(neighbours, tables, self._random, self._vias)
+        improving = self._improver = self._improver or PlanImprover(neighbours, tables, self._random, self._vias)
         before = improving.pops
-        plan = improving.changed(best[1])
+        plan = improving.replan_robots(best[1])
         if plan is not None:
-            judged = self._judged(plan)
+            judged = self._plan_cost(plan)
             if judged < best[0]:
                 self._fruitless = 0
             if judged <= best[0]:
@@ -271,29 +271,29 @@ class JointSearch:
         self._improving += spent
         return spent
 
-    def _compare(self, best: Plan, expansions: int) -> int:
+    def _compare_with_one_by_one(self, best: Plan, expansions: int) -> int:
         """Take the plan for all, or that for the first robot if one after the other is quicker; return the cost."""
         neighbours, tables, starts, _ = self._problem
         one_by_one = sum(arrival + NEXT for (arrival, _), _ in self._in_turn)
         if self._vias or best[0][0] <= LONG * self._longest or one_by_one >= best[0][0] or not self._eager:
-            self._finish(Outcome.SOLVED)
+            self._finish(SearchOutcome.SOLVED)
             return 0
         if len(self._in_turn) == len(self._eager):
             self._best = self._in_turn[0]
-            self._finish(Outcome.FOR_ONE, self._eager[:1])
+            self._finish(SearchOutcome.FOR_ONE, self._eager[:1])
             return 0
         robot = self._eager[len(self._in_turn)]
         search = self._alone = self._alone or OneRobot(neighbours, tables[robot], starts, robot)
         before = search.expansions
         state = search.advance(expansions)
         if state is SearchState.SOLVED:
-            plan = scheduled(without_detours(search.steps))
-            self._in_turn.append((self._judged(plan), plan))
+            plan = schedule_plan(remove_detours(search.steps))
+            self._in_turn.append((self._plan_cost(plan), plan))
             self._alone = None
         elif state is SearchState.UNSOLVABLE or search.expansions >= PAIR or search.expansions == before:
-            self._finish(Outcome.SOLVED)
+            self._finish(SearchOutcome.SOLVED)
         return max(1, search.expansions - before)
 
-    def _finish(self, outcome: Outcome, who: tuple[int, ...] = ()) -> None:
+    def _finish(self, outcome: SearchOutcome, who: tuple[int, ...] = ()) -> None:
         steps = self._best[1].steps() if self._best else []
-        self.result = Result(outcome, steps, order_of(steps) if steps else None, who, self._spent)
+        self.result = SearchResult(outcome, steps, order_of(steps) if steps else None, who, self._spent)

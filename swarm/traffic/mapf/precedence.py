@@ -10,7 +10,7 @@ from typing import NamedTuple
 from swarm.traffic.mapf.pibt import Configuration
 
 
-class After(NamedTuple):
+class EntryConstraint(NamedTuple):
     """A condition of an entry: ``robot`` has left the ``place``-th cell of its way."""
 
     robot: int
@@ -21,18 +21,18 @@ class Precedence(NamedTuple):
     """A joint plan without time."""
 
     ways: tuple[tuple[int, ...], ...]  # [robot] -> cells, its present one first, none twice in a row
-    after: tuple[dict[int, After], ...]  # [robot][index of the cell entered] -> what it waits for
+    after: tuple[dict[int, EntryConstraint], ...]  # [robot][index of the cell entered] -> what it waits for
 
 
 def order_of(steps: Sequence[Configuration]) -> Precedence:
     """Return the way of every robot, and for each cell who enters it after whom.
 
     >>> order_of([(0, 3), (1, 3), (2, 1)])  # robot 1 takes cell 1 once robot 0 has left its cell no. 1
-    Order(ways=((0, 1, 2), (3, 1)), after=({}, {1: After(robot=0, place=1)}))
+    Precedence(ways=((0, 1, 2), (3, 1)), after=({}, {1: EntryConstraint(robot=0, place=1)}))
     """
     ways = [[cell] for cell in steps[0]]
-    last = {cell: After(robot, 0) for robot, cell in enumerate(steps[0])}
-    after: list[dict[int, After]] = [{} for _ in ways]
+    last = {cell: EntryConstraint(robot, 0) for robot, cell in enumerate(steps[0])}
+    after: list[dict[int, EntryConstraint]] = [{} for _ in ways]
     for at in steps[1:]:
         for robot, cell in enumerate(at):
             way = ways[robot]
@@ -41,6 +41,6 @@ def order_of(steps: Sequence[Configuration]) -> Precedence:
             before = last.get(cell)
             if before is not None and before.robot != robot:
                 after[robot][len(way)] = before
-            last[cell] = After(robot, len(way))
+            last[cell] = EntryConstraint(robot, len(way))
             way.append(cell)
     return Precedence(tuple(map(tuple, ways)), tuple(after))

@@ -1,7 +1,7 @@
 """When each robot of a joint plan enters each cell, if it goes as soon as the order of entries lets it.
 
 A robot begins to drive into a cell when the robot there before it has arrived in its next cell. It occupies a cell from
-then on until it has arrived in its own next cell. Between these times the cell is free: `rerouted` finds a quickest way
+then on until it has arrived in its own next cell. Between these times the cell is free: `reroute` finds a quickest way
 through the free times of all cells (safe interval path planning: Phillips and Likhachev, ICRA 2011).
 
 Compiled: improving a plan tries hundreds of changes.
@@ -63,7 +63,7 @@ class Schedule(NamedTuple):
         return plan
 
 
-def pace(before: int, cell: int, other: int) -> float:
+def move_time(before: int, cell: int, other: int) -> float:
     """Return the time from ``cell`` to ``other`` [steps]; ``before`` is the previous cell, or ``cell`` at the start.
 
     Straight on, a cell takes one step. A robot that turns cuts the corner: it drives a way of corners alone as one
@@ -74,24 +74,24 @@ def pace(before: int, cell: int, other: int) -> float:
     return BACK if other == before else CORNER
 
 
-_pace = njit("f8(i8, i8, i8)", cache=True)(pace)
+_pace = njit("f8(i8, i8, i8)", cache=True)(move_time)
 
 
 @njit("f8(i8[::1], i8)", cache=True)
-def _takes(way: Integers, place: int) -> float:
+def _move_time_at(way: Integers, place: int) -> float:
     """Return the time from the cell before a place of a way to the cell there [steps]."""
     before = way[place - 2] if place > 1 else way[place - 1]
     return _pace(before, way[place - 1], way[place])
 
 
 @njit("void(i8[::1], f8[:, :, ::1], i8, i8, f8)", cache=True)
-def _enter(way: Integers, times: Floats, robot: int, place: int, begins: float) -> None:
+def _set_entry(way: Integers, times: Floats, robot: int, place: int, begins: float) -> None:
     """Note when a robot begins to drive into a place of its way, and so when it arrives there."""
-    times[BEGINS, robot, place], times[ARRIVES, robot, place] = begins, begins + _takes(way, place)
+    times[BEGINS, robot, place], times[ARRIVES, robot, place] = begins, begins + _move_time_at(way, place)
 
 
 @njit("UniTuple(f8, 2)(i8[::1], f8[:, :, ::1])", cache=True)
-def _arrivals(lengths: Integers, times: Floats) -> tuple[float, float]:
+def _makespan_and_flowtime(lengths: Integers, times: Floats) -> tuple[float, float]:
     """Return the last arrival, and the sum of all."""
     last = total = 0.0
     for robot in range(len(lengths)):
@@ -101,7 +101,7 @@ def _arrivals(lengths: Integers, times: Floats) -> tuple[float, float]:
 
 
 @njit("UniTuple(f8, 2)(i8[:, ::1], i8[:, ::1], i8[::1], f8[:, :, ::1])", cache=True)
-def _scheduled(steps: Integers, ways: Integers, lengths: Integers, times: Floats) -> tuple[float, float]:
+def _fill_schedule(steps: Integers, ways: Integers, lengths: Integers, times: Floats) -> tuple[float, float]:
     """Fill in a schedule; return the last arrival and the sum of all, or no numbers where entries wait in a circle."""
     robots = steps.shape[1]
     visitor = np.full(steps.max() + 1, NOBODY)  # of each cell: the robot that was there last
@@ -134,15 +134,15 @@ def _scheduled(steps: Integers, ways: Integers, lengths: Integers, times: Floats
                         continue
                     begins = max(begins, times[ARRIVES, other, left[robot] + 1])
                 ways[robot, place], lengths[robot] = steps[time, robot], place + 1
-                _enter(ways[robot], times, robot, place, begins)
+                _set_entry(ways[robot], times, robot, place, begins)
             if still == waiting:
                 return inf, inf
             waiting = still
-    return _arrivals(lengths, times)
+    return _makespan_and_flowtime(lengths, times)
 
 
 @njit("UniTuple(f8, 2)(i8[:, ::1], i8[::1], f8[:, :, ::1], i8)", cache=True)
-def _advanced(ways: Integers, lengths: Integers, times: Floats, cells: int) -> tuple[float, float]:
+def _advance_entries(ways: Integers, lengths: Integers, times: Floats, cells: int) -> tuple[float, float]:
     """Let all robots go as soon as the same order lets them; return the last arrival and the sum of all."""
     robots = ways.shape[0]
     count = lengths.sum() - robots
@@ -160,13 +160,13 @@ def _advanced(ways: Integers, lengths: Integers, times: Floats, cells: int) -> t
         other, begins = visitor[cell], times[ARRIVES, robot, place - 1]
         if other not in (NOBODY, robot):
             begins = max(begins, times[ARRIVES, other, visit[cell] + 1])
-        _enter(ways[robot], times, robot, place, begins)
+        _set_entry(ways[robot], times, robot, place, begins)
         visitor[cell], visit[cell] = robot, place
-    return _arrivals(lengths, times)
+    return _makespan_and_flowtime(lengths, times)
 
 
 @njit("Tuple((i8[::1], f8[::1], f8[::1]))(i8[:, ::1], i8[::1], f8[:, :, ::1], b1[::1], i8)", cache=True)
-def _occupied(
+def _occupied_intervals(
     ways: Integers, lengths: Integers, times: Floats, out: Flags, cells: int
 ) -> tuple[Integers, Floats, Floats]:
     """Return when robots that are not ``out`` occupy each cell: the first index of each cell, the begins, the ends."""
@@ -193,7 +193,7 @@ def _occupied(
 
 
 @njit("i8(i8, i8[:, ::1], i8[::1], f8[:, :, ::1], b1[::1], i4[:, ::1], i8[:, ::1], i8, i8)", cache=True)
-def _rerouted(
+def _reroute_robot(
     robot: int, ways: Integers, lengths: Integers, times: Floats, out: Flags,
     joined: NDArray[np.int32], tables: Integers, visits: int, chance: int,
 ) -> int:  # fmt: skip
@@ -204,7 +204,7 @@ def _rerouted(
     ``tables`` are its steps to its goal, and to that through the cell that it ``visits``. ``chance`` is a seed.
     """
     cells, sides = joined.shape
-    first, begins, ends = _occupied(ways, lengths, times, out, cells)
+    first, begins, ends = _occupied_intervals(ways, lengths, times, out, cells)
     start, goal = ways[robot, 0], ways[robot, lengths[robot] - 1]
     if first[start] < first[start + 1] and begins[first[start]] <= 0.0:
         return -1
@@ -266,7 +266,7 @@ def _rerouted(
         ways[robot, place], times[ARRIVES, robot, place] = cell_of[state // 2 // (sides + 1)], reached[state]
         state = came[state]
     for place in range(1, length):
-        times[BEGINS, robot, place] = times[ARRIVES, robot, place] - _takes(ways[robot], place)
+        times[BEGINS, robot, place] = times[ARRIVES, robot, place] - _move_time_at(ways[robot], place)
     return pops
 
 
@@ -274,7 +274,7 @@ def _rerouted(
     "Tuple((f8, f8, i8))(i8[::1], i8[:, ::1], i8[::1], f8[:, :, ::1], i4[:, ::1], i8[:, :, ::1], i8[::1], i8)",
     cache=True,
 )
-def rerouted(
+def reroute(
     robots: Integers, ways: Integers, lengths: Integers, times: Floats,
     joined: NDArray[np.int32], tables: Integers, visits: Integers, chance: int,
 ) -> tuple[float, float, int]:  # fmt: skip
@@ -297,16 +297,16 @@ def rerouted(
     out[robots] = True
     pops = 0
     for robot in robots:
-        spent = _rerouted(robot, ways, lengths, times, out, joined, tables[robot], visits[robot], chance + robot)
+        spent = _reroute_robot(robot, ways, lengths, times, out, joined, tables[robot], visits[robot], chance + robot)
         pops += abs(spent)
         if spent <= 0:
             return inf, inf, pops
         out[robot] = False
-    last, total = _advanced(ways, lengths, times, joined.shape[0])
+    last, total = _advance_entries(ways, lengths, times, joined.shape[0])
     return last, total, pops
 
 
-def scheduled(steps: Sequence[Sequence[int]]) -> Schedule:
+def schedule_plan(steps: Sequence[Sequence[int]]) -> Schedule:
     """Return the schedule of a plan; ``steps`` holds the cell of each robot at each time step, at least one.
 
     Raises:
@@ -317,21 +317,21 @@ def scheduled(steps: Sequence[Sequence[int]]) -> Schedule:
     longest = 1 + max((int(moves) for moves in (cells[1:] != cells[:-1]).sum(axis=0)), default=0)
     ways, lengths = np.zeros((robots, WIDER * longest), np.int64), np.zeros(robots, np.int64)
     times = np.zeros((2, robots, WIDER * longest))
-    last, total = _scheduled(cells, ways, lengths, times) if robots else (0.0, 0.0)
+    last, total = _fill_schedule(cells, ways, lengths, times) if robots else (0.0, 0.0)
     if isinf(last):
         raise ValueError("entries wait for each other in a circle: the plan has a ring of movers or a swap")
     return Schedule(ways, lengths, times, last, total)
 
 
-def duration(steps: Sequence[Sequence[int]]) -> tuple[float, float]:
+def makespan_and_flowtime(steps: Sequence[Sequence[int]]) -> tuple[float, float]:
     """Return when the last robot arrives, and the sum of all arrivals, estimated [steps].
 
     ``steps`` holds the cell of each robot at each time step. A robot enters a cell when the one there before has left.
 
     Raises:
-        ValueError: as `scheduled`.
+        ValueError: as `schedule_plan`.
     """
     if not steps:
         return 0.0, 0.0
-    schedule = scheduled(steps)
+    schedule = schedule_plan(steps)
     return schedule.last, schedule.total

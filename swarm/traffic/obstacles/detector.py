@@ -12,8 +12,8 @@ from swarm.maps.occupancy import Point
 from swarm.messages.traffic import Moving, Record
 from swarm.traffic.interface import MovingObstacle, TrafficInputs
 from swarm.traffic.lattice.cell_map import CellMap
-from swarm.traffic.obstacles.scan import KnownBody, Scan, body_at, hit_by, strange
-from swarm.traffic.progress_checker import ProgressChecker, shorter_way
+from swarm.traffic.obstacles.scan import KnownBody, Scan, body_centre, find_unexpected, ray_end
+from swarm.traffic.progress_checker import ProgressChecker, make_way_length_test
 from swarm.traffic.reservations.route import BESIDE, RouteProgress
 from swarm.traffic.settings import TrafficConstants
 
@@ -54,7 +54,7 @@ def robot_at(
         kept = set(record.held)
         if age > 2 * settings.every:
             kept.update(record.ahead[: settings.horizon], (claim.cell for claim in record.claims))
-        within = settings.radius + ABOUT + settings.driven(record.speed, drove)[0]
+        within = settings.radius + ABOUT + record.error + settings.reach_after(record.speed, drove)[0]
         known.append(KnownBody((record.x, record.y), within, kept))
     return lambda place: any(body.may_be_at(place, cells) for body in known)
 
@@ -70,7 +70,7 @@ class ProtectiveStop(NamedTuple):
 
 
 class ObstacleDetector:
-    """The obstacle detector of one robot."""
+    """Finds the obstacles that rays show and that neither the map nor a robot's record explains."""
 
     def __init__(self, settings: TrafficConstants) -> None:
         self._settings = settings
@@ -86,20 +86,21 @@ class ObstacleDetector:
         """Judge what the rays show. ``others`` are the newest records; no other robot is in the cells ``mine``."""
         tick, settings = inputs.tick, self._settings
         self._found = [(until, place) for until, place in self._found if until > tick]
-        seen = inputs.scan.bodies(settings, WATCH)
-        robots = self._robots(inputs, others, mine) if seen else []
-        near = tuple(strange(seen, inputs.pose, cells, robots, settings))
-        hits = [hit_by(inputs.pose, one, settings.radius) for one in near]  # what was found to stay may move again
+        seen = inputs.scan.body_readings(settings, WATCH)
+        robots = self._list_visible_robots(inputs, others, mine) if seen else []
+        near = tuple(find_unexpected(seen, inputs.pose, cells, robots, settings))
+        hits = [ray_end(inputs.pose, one, settings.radius) for one in near]  # what was found to stay may move again
         close = [one for one in near if one.measured < settings.stop_distance]
-        bodies = [hit_by(inputs.pose, one, 2 * settings.radius) for one in close]
-        found = [KnownBody(place, ABOUT + settings.radius, nearest=CLOSE) for _, place in self._found]
-        first = next(strange(close, inputs.pose, cells, found, settings), None)
-        halt = self._stop(inputs, None if first is None else body_at(inputs.pose, first, settings.radius))
+        bodies = [ray_end(inputs.pose, one, 2 * settings.radius) for one in close]
+        off = ABOUT + inputs.uncertainty
+        found = [KnownBody(place, off + settings.radius, nearest=CLOSE) for _, place in self._found]
+        first = next(find_unexpected(close, inputs.pose, cells, found, settings), None)
+        halt = self._decide_stop(inputs, None if first is None else body_centre(inputs.pose, first, settings.radius))
         told = [one for record in others for one in record.moving]
-        threats = self._tracker.track(tick, inputs.pose, hits, inputs.scan, told)
+        threats = self._tracker.track_threats(tick, inputs.pose, hits, inputs.scan, told)
         return halt._replace(threats=threats, bodies=tuple(bodies))
 
-    def _stop(self, inputs: TrafficInputs, place: Point | None) -> ProtectiveStop:
+    def _decide_stop(self, inputs: TrafficInputs, place: Point | None) -> ProtectiveStop:
         """Return whether to stop for an obstacle that seems to be near, at ``place`` [m], and where it stays."""
         tick = inputs.tick
         if place is None:
@@ -116,22 +117,25 @@ class ObstacleDetector:
         self._found.append((tick + self._settings.obstacle, place))
         return ProtectiveStop(stopped=True, found=place)
 
-    def moving(self) -> tuple[Moving, ...]:
+    def moving_obstacles(self) -> tuple[Moving, ...]:
         """Return the obstacles that this robot has lately seen to move."""
-        return self._tracker.seen()
+        return self._tracker.moving_obstacles()
 
-    def places(self, tick: int) -> tuple[Point, ...]:
+    def obstacle_places(self, tick: int) -> tuple[Point, ...]:
         """Return where obstacles stay that were found lately [m]."""
         return tuple([place for until, place in self._found if until > tick])
 
-    def _robots(self, inputs: TrafficInputs, others: Iterable[Record], mine: Collection[int]) -> list[KnownBody]:
+    def _list_visible_robots(
+        self, inputs: TrafficInputs, others: Iterable[Record], mine: Collection[int]
+    ) -> list[KnownBody]:
         """List the robots that may be seen, near where they were last heard."""
         (x, y, _), tick, settings = inputs.pose, inputs.tick, self._settings
         farthest = WATCH + 2 * settings.radius  # m, from my middle to what I look at
         known = []
         for record in others:
             age = (tick - record.stamp) * settings.tick
-            within = settings.radius + ABOUT + settings.driven(record.speed, age)[0]
+            off = ABOUT + record.error + inputs.uncertainty
+            within = settings.radius + off + settings.reach_after(record.speed, age)[0]
             if hypot(record.x - x, record.y - y) > farthest + within:
                 continue
             silent = tick - record.stamp > settings.fresh  # it came to rest somewhere near: do not drive close to it
@@ -149,7 +153,7 @@ class Tracker:
         self._radius = radius  # m, the robot's
         self._tracks: list[_Track] = []
 
-    def track(
+    def track_threats(
         self, tick: int, pose: Pose, hits: Collection[Point], scan: Scan, told: Iterable[Moving] = ()
     ) -> tuple[MovingObstacle, ...]:
         """Return the threats near the robot at this tick.
@@ -159,12 +163,12 @@ class Tracker:
         left = list(hits)
         while left:
             nearest = min(left, key=lambda hit: distance(hit, pose))
-            self._see(tick, pose, [hit for hit in left if distance(hit, nearest) < WIDE])
+            self._record_obstacle(tick, pose, [hit for hit in left if distance(hit, nearest) < WIDE])
             left = [hit for hit in left if distance(hit, nearest) >= WIDE]
-        self._tracks = [track for track in self._tracks if self._lasts(track, tick, pose, scan)]
+        self._tracks = [track for track in self._tracks if self._is_track_alive(track, tick, pose, scan)]
         found: list[MovingObstacle] = []
-        for one in sorted((*self.seen(), *told), key=lambda one: -one.tick):
-            now = self._at(one, tick)
+        for one in sorted((*self.moving_obstacles(), *told), key=lambda one: -one.tick):
+            now = self._predict_place(one, tick)
             old = tick - one.tick
             if old >= COMING or distance(now, pose) >= NEAR or any(distance(now, other) < WIDE for other in found):
                 continue
@@ -172,41 +176,41 @@ class Tracker:
                 found.append(now)
         return tuple(found)
 
-    def seen(self) -> tuple[Moving, ...]:
+    def moving_obstacles(self) -> tuple[Moving, ...]:
         """Return the obstacles that this robot has lately seen to move."""
         return tuple([track.moving for track in self._tracks if track.moving is not None])
 
-    def _at(self, one: Moving, tick: int) -> MovingObstacle:
+    def _predict_place(self, one: Moving, tick: int) -> MovingObstacle:
         """Return where an obstacle is at this tick if it has moved straight on."""
         age = (tick - one.tick) * self._dt
         return MovingObstacle(one.x + one.vx * age, one.y + one.vy * age, one.vx, one.vy)
 
-    def _lasts(self, track: "_Track", tick: int, pose: Pose, scan: Scan) -> bool:
+    def _is_track_alive(self, track: "_Track", tick: int, pose: Pose, scan: Scan) -> bool:
         """Return False if the obstacle was not seen for long, or if rays go through where it should be."""
         track.noted = [(then, place) for then, place in track.noted if then >= tick - NOTED]
         one = track.moving
         if one is not None and one.tick < tick and (not track.noted or track.noted[-1][0] < tick):
-            now = self._at(one, tick)
+            now = self._predict_place(one, tick)
             if tick - one.tick >= COMING or scan.sees_beyond((now.x, now.y), pose, WIDE, self._radius):
                 track.moving = None
         return track.moving is not None or bool(track.noted)
 
-    def _see(self, tick: int, pose: Pose, edge: list[Point]) -> None:
+    def _record_obstacle(self, tick: int, pose: Pose, edge: list[Point]) -> None:
         """Record where an obstacle is whose ``edge`` [m] rays hit."""
         nearest = min(edge, key=lambda hit: distance(hit, pose))
-        about = _beyond(nearest, pose)
+        about = _point_behind_hit(nearest, pose)
         known = [
             (distance(place, about), number)
             for number, track in enumerate(self._tracks)
-            if distance(place := self._place(track, tick), about) < WIDE
+            if distance(place := self._track_place(track, tick), about) < WIDE
         ]
         if known:
             track = self._tracks[min(known)[1]]
         else:
             track = _Track()
             self._tracks.append(track)
-        now = self._at(track.moving, tick) if track.moving is not None else None
-        place = _middle(pose, edge, now)
+        now = self._predict_place(track.moving, tick) if track.moving is not None else None
+        place = _fit_disc(pose, edge, now)
         track.noted.append((tick, place))
         before = next(place for then, place in track.noted if then >= tick - LATELY)
         came = distance(before, pose) - distance(place, pose)
@@ -214,10 +218,10 @@ class Tracker:
         if (long and abs(came) > NEARER) or (came > 0.0 and track.moving is not None):
             track.moving = Moving(*place, *track.velocity(self._dt), tick)
 
-    def _place(self, track: "_Track", tick: int) -> Point:
+    def _track_place(self, track: "_Track", tick: int) -> Point:
         """Return where the obstacle of a track should be [m]."""
         if track.moving is not None:
-            return self._at(track.moving, tick)[:2]
+            return self._predict_place(track.moving, tick)[:2]
         return track.noted[-1][1]
 
 
@@ -240,37 +244,39 @@ class _Track:
         return vx, vy
 
 
-def _middle(pose: Pose, edge: Collection[Point], known: MovingObstacle | None) -> Point:
+def _fit_disc(pose: Pose, edge: Collection[Point], known: MovingObstacle | None) -> Point:
     """Fit a disc to an obstacle's edge; return its centre [m].
 
     One ray does not tell how far to the side the centre is: the fit begins where it is ``known`` to be.
     """
-    x, y = _beyond(min(edge, key=lambda hit: distance(hit, pose)), pose)
+    x, y = _point_behind_hit(min(edge, key=lambda hit: distance(hit, pose)), pose)
     if known is not None and distance(known, (x, y)) < WIDE:
         x, y, _, _ = known
     for _ in range(FITS):
-        middles = [_beyond(hit, (2 * hit[0] - x, 2 * hit[1] - y)) for hit in edge]
+        middles = [_point_behind_hit(hit, (2 * hit[0] - x, 2 * hit[1] - y)) for hit in edge]
         x, y = (sum(values) / len(edge) for values in zip(*middles, strict=True))
     return x, y
 
 
-def _beyond(hit: Point, origin: tuple[float, ...]) -> Point:
+def _point_behind_hit(hit: Point, origin: tuple[float, ...]) -> Point:
     """Return the point [m] half a width behind a hit, as seen from ``origin``."""
     share = HALF_WIDTH / (distance(hit, origin) or 1.0)
     return hit[0] + share * (hit[0] - origin[0]), hit[1] + share * (hit[1] - origin[1])
 
 
-class BlockedByObstacle:
+class BlockageChecker:
     """Detects that moving obstacles have long kept a robot from its goal, although it holds the next cell."""
 
     def __init__(self) -> None:
         self._goal: int | None = None  # cell
-        self._progress = ProgressChecker(shorter_way())  # a longer way is no new one: to flee and come back is none
+        self._progress = ProgressChecker(
+            make_way_length_test()
+        )  # a longer way is no new one: to flee and come back is none
         self._threatened = 0  # ticks under a threat, with a cell to drive into
 
     def check(self, progress: RouteProgress, body: int, goal: int, *, threatened: bool) -> int | None:
         """Return the next cell if it is time to give it up, or None; call it once a tick."""
-        held = list(zip(progress.reservations.held, progress.steps, strict=True))[progress.place(body) + 1 :]
+        held = list(zip(progress.reservations.held, progress.steps, strict=True))[progress.body_index(body) + 1 :]
         ahead = [cell for cell, step in held if step != BESIDE]
         left = len(ahead) + len(progress.route)
         self._threatened += threatened and bool(ahead)

@@ -11,7 +11,7 @@ from swarm.messages.traffic import Record, Sighting
 from swarm.traffic.interface import TrafficInputs
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
 from swarm.traffic.obstacles.scan import EDGE, Reading
-from swarm.traffic.peers.sightings import keeps
+from swarm.traffic.peers.sightings import has_reserved
 from swarm.traffic.peers.situation import Situation
 from swarm.traffic.reservations.route import RouteProgress
 from swarm.traffic.settings import LEANS, TrafficConstants
@@ -47,33 +47,33 @@ class Inspector:
             self.leans_to = None
             return Inspection()
         middle = cells.centre(progress.head)
-        leaning = cells.leaning(progress.head, cell, self._settings.leaning_room)
+        leaning = cells.leaning_point(progress.head, cell, self._settings.leaning_room)
         leans = distance(leaning, pose) <= LEANS
         if not (leans or distance(middle, pose) <= CENTRED):
             return Inspection()
-        place = self._remembered_in(cell, situation, inputs)
+        place = self._last_place_in(cell, situation, inputs)
         if place is not None:
             if abs(bearing(pose, place)) > FACING:
                 return Inspection(place)
             if not leans and is_out_of_range(place, pose, self._settings):
                 self.leans_to = cell
                 return Inspection()
-            return self._seen(cell, cells.centre(cell), empty=False, tick=inputs.tick)
+            return self._report_sighting(cell, cells.centre(cell), empty=False, tick=inputs.tick)
         centre = cells.centre(cell)
         if abs(bearing(pose, centre)) > FACING:
             return Inspection(centre if leans or self.leans_to != cell else None)
-        seen = view(inputs.scan.readings, pose, cell, cells, self._settings)
+        seen = judge_cell(inputs.scan.readings, pose, cell, cells, self._settings)
         if seen is View.HIDDEN and not leans:
             self.leans_to = cell
             return Inspection()
-        return self._seen(cell, centre, empty=seen is View.EMPTY, tick=inputs.tick)
+        return self._report_sighting(cell, centre, empty=seen is View.EMPTY, tick=inputs.tick)
 
-    def remembered(self, silent: Mapping[str, Record], cells: CellMap) -> frozenset[int]:
+    def cells_of_silent(self, silent: Mapping[str, Record], cells: CellMap) -> frozenset[int]:
         """Return the cells in which silent robots were last heard, except robots seen to have gone."""
         found: set[int] = set()
         for robot, record in silent.items():
             if self._gone.get(robot) != record.stamp:
-                found.update(cells.touched(record.x, record.y, self._settings.radius))
+                found.update(cells.cells_under_disc(record.x, record.y, self._settings.radius))
         return frozenset(found)
 
     def still_bodies(
@@ -86,7 +86,7 @@ class Inspector:
         told = [(record.x, record.y) for robot, record in silent.items() if self._gone.get(robot) != record.stamp]
         return tuple([place for place in (*told, *found) if distance(place, pose) < near])
 
-    def _seen(self, cell: int, centre: Point, *, empty: bool, tick: int) -> Inspection:
+    def _report_sighting(self, cell: int, centre: Point, *, empty: bool, tick: int) -> Inspection:
         self.leans_to = None
         return Inspection(centre, Sighting(cell, empty, tick))
 
@@ -96,11 +96,13 @@ class Inspector:
         if max([others[robot].stamp for robot in waits], default=-1) >= oldest:
             return False
         keepers = [
-            record for robot, record in others.items() if keeps(record, cell) and (robot, cell) not in situation.cleared
+            record
+            for robot, record in others.items()
+            if has_reserved(record, cell) and (robot, cell) not in situation.cleared
         ]
         return bool(keepers) and all(record.stamp < oldest for record in keepers)
 
-    def _remembered_in(self, cell: int, situation: Situation, inputs: TrafficInputs) -> Point | None:
+    def _last_place_in(self, cell: int, situation: Situation, inputs: TrafficInputs) -> Point | None:
         """Return where a silent robot was last heard with a part of its body in a cell, unless it is seen to have gone.
 
         A robot that dies or falls asleep while driving comes to rest some way beyond the place that it last told.
@@ -110,7 +112,7 @@ class Inspector:
             place = (record.x, record.y)
             if robot in situation.fresh or self._gone.get(robot) == record.stamp:
                 continue
-            if cell not in situation.cells.touched(*place, reach):
+            if cell not in situation.cells.cells_under_disc(*place, reach):
                 continue
             if not has_gone(place, inputs.pose, inputs.scan.readings, self._settings.radius):
                 return place
@@ -126,7 +128,7 @@ class View(Enum):
     HIDDEN = "hidden"  # something stands before it
 
 
-def view(readings: Iterable[Reading], pose: Pose, cell: int, cells: CellMap, settings: TrafficConstants) -> View:
+def judge_cell(readings: Iterable[Reading], pose: Pose, cell: int, cells: CellMap, settings: TrafficConstants) -> View:
     """Judge a cell by the rays that cross it, each from the robot's edge to the end of its range.
 
     A ray that ends in the cell for lack of range, and not at a wall, does not show what is behind its end.

@@ -57,7 +57,7 @@ class Scan:
                 sides.add(off > 0)
         return len(sides) > 1
 
-    def bodies(self, settings: TrafficConstants, within: float) -> list[Reading]:
+    def body_readings(self, settings: TrafficConstants, within: float) -> list[Reading]:
         """Return the rays that show something nearer than ``within`` [m] that is not on the map."""
         if self.nearest >= within:
             return []
@@ -79,26 +79,26 @@ class KnownBody(NamedTuple):
         """Return True if what a ray shows at a point [m] can be this body."""
         if distance(self.at, place) > self.within:
             return False
-        return self.cells is None or any(cell in self.cells for cell in cells.touched(*place, EDGE))
+        return self.cells is None or any(cell in self.cells for cell in cells.cells_under_disc(*place, EDGE))
 
 
-def strange(
+def find_unexpected(
     bodies: Iterable[Reading], pose: Pose, cells: CellMap, known: Collection[KnownBody], settings: TrafficConstants
 ) -> Iterator[Reading]:
     """Yield those of ``bodies`` that are not where a ``known`` one can be: a box, or a robot that was never heard."""
     for reading in bodies:
-        hit = body_at(pose, reading, settings.radius)
+        hit = body_centre(pose, reading, settings.radius)
         beside = abs(reading.bearing) > TO_A_SIDE
         if not any(body.may_be_at(hit, cells) for body in known if beside or reading.measured >= body.nearest):
             yield reading
 
 
-def hit_by(pose: Pose, reading: Reading, radius: float) -> Point:
+def ray_end(pose: Pose, reading: Reading, radius: float) -> Point:
     """Return where a ray ends [m]; ``radius`` [m] is the robot's."""
     reach, heading = radius + reading.measured, pose.yaw + reading.bearing
     return pose.x + reach * cos(heading), pose.y + reach * sin(heading)
 
 
-def body_at(pose: Pose, reading: Reading, radius: float) -> Point:
+def body_centre(pose: Pose, reading: Reading, radius: float) -> Point:
     """Return where the body that a ray shows has its middle [m], if its radius is half a robot's."""
-    return hit_by(pose, reading, 1.5 * radius)
+    return ray_end(pose, reading, 1.5 * radius)

@@ -10,7 +10,7 @@ Places = NDArray[np.float64]  # (robots, 2 or more): x, y [m]
 
 
 @njit("i8[:, ::1](f8[:, ::1], i8[::1], f8)", cache=True)
-def in_range(places: Places, senders: NDArray[np.int64], reach: float) -> NDArray[np.int64]:
+def list_pairs_in_range(places: Places, senders: NDArray[np.int64], reach: float) -> NDArray[np.int64]:
     """List the pairs (listener, sender) of robots at most ``reach`` [m] apart, the first listener's first: (n, 2)."""
     found = np.empty((places.shape[0] * senders.size, 2), np.int64)
     count = 0
@@ -24,7 +24,7 @@ def in_range(places: Places, senders: NDArray[np.int64], reach: float) -> NDArra
 
 
 @njit("b1[::1](f8[:, ::1], f8, f8, f8, f8)", cache=True)
-def missed(places: Places, x: float, y: float, reach: float, heard: float) -> NDArray[np.bool_]:
+def find_hidden_robots(places: Places, x: float, y: float, reach: float, heard: float) -> NDArray[np.bool_]:
     """Return for each robot True if one that is at most ``reach`` from (x, y) is more than ``heard`` from it [m]."""
     near = np.empty(places.shape[0], np.int64)
     count = 0

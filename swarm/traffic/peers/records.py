@@ -10,8 +10,8 @@ from msgspec.structs import replace
 from swarm.maps.occupancy import Point
 from swarm.messages.traffic import Record, Relayed, TrafficBroadcast
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
-from swarm.traffic.peers.relay import Known, Relaying
-from swarm.traffic.peers.uncooperative import Mutes, Spoken
+from swarm.traffic.peers.relay import KnownRecord, RelayChooser
+from swarm.traffic.peers.uncooperative import MuteBroadcast, Mutes
 from swarm.traffic.settings import TrafficConstants
 
 SKEW: Final = 20  # ticks by which clocks may differ before a record counts as from the future
@@ -29,7 +29,7 @@ class TrafficNote(NamedTuple):
     text: str
 
 
-class Live(NamedTuple):
+class LiveRecords(NamedTuple):
     """The robots that are not silent at a tick; valid until ``until`` if nothing new is heard."""
 
     tick: int
@@ -40,7 +40,7 @@ class Live(NamedTuple):
     listens: bool  # one of them does
 
 
-NOBODY: Final = Live(0, -1, {}, {}, frozenset(), listens=False)
+NOBODY: Final = LiveRecords(0, -1, {}, {}, frozenset(), listens=False)
 
 
 class PeerRecords:
@@ -51,28 +51,28 @@ class PeerRecords:
         self.others: dict[str, Record] = {}  # in the order of their ids
         self._live = NOBODY
         self._news: list[Record] = []  # taken since ``others`` was made
-        self._known: dict[str, Known] = {}
+        self._known: dict[str, KnownRecord] = {}
         self._direct: dict[str, int] = {}  # stamp of the last record heard from each robot itself
         self._told: dict[tuple[str, str], int] = {}
         self._woke = -1
-        self._relaying = Relaying(settings)
+        self._relaying = RelayChooser(settings)
         self.mutes = Mutes(settings)
         self._settings = settings
 
-    def hear(
-        self, tick: int, cells: CellMap, broadcasts: Iterable[TrafficBroadcast], mute: Iterable[Spoken] = ()
+    def merge_broadcasts(
+        self, tick: int, cells: CellMap, broadcasts: Iterable[TrafficBroadcast], mute: Iterable[MuteBroadcast] = ()
     ) -> list[TrafficNote]:
         """Merge the broadcasts heard; leave out records that cannot be true, and return an event for each."""
         had_mutes = bool(self.mutes)
         refused: list[TrafficNote] = []
         for broadcast in broadcasts:
-            self._hear_one(tick, cells, broadcast, refused)
-        self.mutes.hear(tick, mute, self._direct)
-        surmises, new = self._surmises or had_mutes, len(self.others) != len(self._known)
+            self._merge_broadcast(tick, cells, broadcast, refused)
+        self.mutes.note_broadcasts(tick, mute, self._direct)
+        surmises, new = self._has_records_before_sleep or had_mutes, len(self.others) != len(self._known)
         if new:
             self._known = dict(sorted(self._known.items()))
         if new or surmises:
-            self.others = {robot: self._as_known(known.record, tick) for robot, known in self._known.items()}
+            self.others = {robot: self._add_unheard_cells(known.record, tick) for robot, known in self._known.items()}
         else:
             self.others.update([(record.robot, record) for record in self._news])
         if self.mutes:
@@ -84,11 +84,11 @@ class PeerRecords:
         return refused
 
     @property
-    def _surmises(self) -> bool:
+    def _has_records_before_sleep(self) -> bool:
         """True if a record is from before the robot woke: what is concluded from it depends on the tick."""
         return self._woke > 0 and any(known.record.stamp < self._woke for known in self._known.values())
 
-    def _live_at(self, tick: int) -> Live:
+    def _live_at(self, tick: int) -> LiveRecords:
         if self._live.tick <= tick <= self._live.until:
             return self._live
         fresh, records, silent = self._settings.fresh, self.others, {}
@@ -99,41 +99,41 @@ class PeerRecords:
             silent = {robot: record for robot, record in self.others.items() if robot not in records}
             oldest = min([record.stamp for record in records.values()], default=FOREVER)
         theirs, until = records.values(), oldest + fresh
-        held = frozenset(chain.from_iterable([record.held for record in (*theirs, *self._of_mutes())]))
-        return Live(tick, until, records, silent, held, listens=True in [record.listens for record in theirs])
+        held = frozenset(chain.from_iterable([record.held for record in (*theirs, *self._mute_records())]))
+        return LiveRecords(tick, until, records, silent, held, listens=True in [record.listens for record in theirs])
 
-    def _of_mutes(self) -> list[Record]:
+    def _mute_records(self) -> list[Record]:
         """Return the records that stand for the mute robots heard lately."""
         return [self.others[robot] for robot in sorted(self.mutes.names)]
 
-    def expected(self) -> Collection[Record]:
+    def records_expected(self) -> Collection[Record]:
         """Return the records of robots that are where they say: all but mute ones that move."""
-        moving = self.mutes.moving if self.mutes.names else ()
+        moving = self.mutes.moving_robots if self.mutes.names else ()
         return (
             [record for robot, record in self.others.items() if robot not in moving] if moving else self.others.values()
         )
 
-    def heard_lately(self, tick: int) -> dict[str, Record]:
+    def recent_records(self, tick: int) -> dict[str, Record]:
         """Return the records of all robots heard lately, mute ones too."""
-        fresh, mutes = self.fresh(tick), self._of_mutes()
+        fresh, mutes = self.fresh_records(tick), self._mute_records()
         return fresh | {record.robot: record for record in mutes} if mutes else fresh
 
-    def wake(self, tick: int) -> None:
+    def note_wake(self, tick: int) -> None:
         """Record that nothing was heard for a while before this tick."""
         self._woke = tick
 
-    def _as_known(self, record: Record, tick: int) -> Record:
+    def _add_unheard_cells(self, record: Record, tick: int) -> Record:
         """Add to a silent robot's cells those it may have taken while I heard nothing: the next cells of its way."""
         if record.stamp >= self._woke or tick - record.stamp <= self._settings.fresh:
             return record
         further = record.ahead[: self._settings.horizon]
         return replace(record, held=(*further, *record.held)) if record.held else record
 
-    def fresh(self, tick: int) -> dict[str, Record]:
+    def fresh_records(self, tick: int) -> dict[str, Record]:
         """Return the records of all robots that are not silent."""
         return self._live_at(tick).records
 
-    def fallen_silent(self, tick: int) -> dict[str, Record]:
+    def silent_records(self, tick: int) -> dict[str, Record]:
         """Return the records of all robots that are silent."""
         return self._live_at(tick).silent
 
@@ -145,31 +145,33 @@ class PeerRecords:
         """Choose the records to relay in this broadcast from a place [m], nearest robots first."""
         return self._relaying.choose(tick, x, y, self._known, listens=self.somebody_listens(tick))
 
-    def alone_in(self, held: Sequence[int], tick: int) -> tuple[int, ...]:
+    def cells_held_alone(self, held: Sequence[int], tick: int) -> tuple[int, ...]:
         """Return my cells without those that a live robot holds too: two robots may start in one cell."""
         theirs = self._live_at(tick).held
         return tuple(held) if theirs.isdisjoint(held) else tuple(cell for cell in held if cell not in theirs)
 
-    def holders_of(self, cell: int, tick: int) -> tuple[Point, ...]:
+    def holder_places(self, cell: int, tick: int) -> tuple[Point, ...]:
         """List where live robots are that hold a cell [m]."""
         live = self._live_at(tick)
         if cell not in live.held:
             return ()
         return tuple([(record.x, record.y) for record in live.records.values() if cell in record.held])
 
-    def _hear_one(self, tick: int, cells: CellMap, broadcast: TrafficBroadcast, refused: list[TrafficNote]) -> None:
+    def _merge_broadcast(
+        self, tick: int, cells: CellMap, broadcast: TrafficBroadcast, refused: list[TrafficNote]
+    ) -> None:
         own = broadcast.own
         if own.robot == self.me:
-            self._name(tick, own.robot, "another robot uses my id", refused)
+            self._report_fault(tick, own.robot, "another robot uses my id", refused)
             return
         if own.stamp <= self._direct.get(own.robot, -1):
-            self._name(tick, own.robot, f"sent the record of tick {own.stamp} again", refused)
+            self._report_fault(tick, own.robot, f"sent the record of tick {own.stamp} again", refused)
             return
         if own.stamp <= tick + SKEW:
             if own.stamp - self._direct.get(own.robot, -FOREVER) > self._settings.fresh:
-                self._relaying.met(tick)
+                self._relaying.note_new_robot(tick)
             self._direct[own.robot] = own.stamp
-        self._merge(tick, cells, own, 1, refused)
+        self._merge_record(tick, cells, own, 1, refused)
         most, latest, everybody = self._settings.hops, tick + SKEW, self._known
         for hops, record in broadcast.others:  # hundreds in a tick, if many robots are close together: mostly old news
             robot, stamp = record.robot, record.stamp
@@ -179,27 +181,27 @@ class PeerRecords:
                 self._relaying.hear(own.robot, record)
             known = everybody.get(robot)
             if known is None or (stamp >= known.record.stamp and (known.record is not record or hops + 1 < known.hops)):
-                self._merge(tick, cells, record, hops + 1, refused)
+                self._merge_record(tick, cells, record, hops + 1, refused)
 
-    def _merge(self, tick: int, cells: CellMap, record: Record, hops: int, refused: list[TrafficNote]) -> None:
+    def _merge_record(self, tick: int, cells: CellMap, record: Record, hops: int, refused: list[TrafficNote]) -> None:
         known = self._known.get(record.robot)
         if known is not None:
             if record.stamp < known.record.stamp:
                 return
             if record.stamp == known.record.stamp:
                 if record is not known.record and record != known.record:
-                    self._name(tick, record.robot, f"two different records of tick {record.stamp}", refused)
+                    self._report_fault(tick, record.robot, f"two different records of tick {record.stamp}", refused)
                 elif hops < known.hops:
                     self._known[record.robot] = known._replace(hops=hops)
                 return
         fault = self._fault(tick, cells, record, known.record if known else None)
         if fault is None:
-            self._known[record.robot] = Known(record, hops)
+            self._known[record.robot] = KnownRecord(record, hops)
             self._news.append(record)
         else:
-            self._name(tick, record.robot, fault, refused)
+            self._report_fault(tick, record.robot, fault, refused)
 
-    def _name(self, tick: int, robot: str, fault: str, refused: list[TrafficNote]) -> None:
+    def _report_fault(self, tick: int, robot: str, fault: str, refused: list[TrafficNote]) -> None:
         key = (robot, fault.split(" of tick ")[0])
         if tick - self._told.get(key, -SILENCE) >= SILENCE:
             self._told[key] = tick

@@ -13,7 +13,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from swarm.messages.traffic import Record, Relayed
-from swarm.traffic.peers.radio_range import missed
+from swarm.traffic.peers.radio_range import find_hidden_robots
 from swarm.traffic.settings import TrafficConstants
 
 ENOUGH: Final = 2  # others that have relayed a record, after which I need not
@@ -21,14 +21,14 @@ WELCOME: Final = 12  # ticks after meeting a robot in which it is told of all si
 NEVER: Final = -(10**9)  # tick
 
 
-class Known(NamedTuple):
+class KnownRecord(NamedTuple):
     """The newest record of a robot."""
 
     record: Record
     hops: int  # 1: heard from the robot itself
 
 
-class Turn(NamedTuple):
+class RelayTurn(NamedTuple):
     """My last turn to relay a robot's record."""
 
     tick: int
@@ -36,19 +36,19 @@ class Turn(NamedTuple):
     held_back: bool  # I did not relay it, since others had
 
 
-NO_TURN: Final = Turn(NEVER, None, held_back=False)
+NO_TURN: Final = RelayTurn(NEVER, None, held_back=False)
 
 
-class Relaying:
+class RelayChooser:
     """Chooses what one robot relays."""
 
     def __init__(self, settings: TrafficConstants) -> None:
         self._settings = settings
-        self._turns: dict[str, Turn] = {}
+        self._turns: dict[str, RelayTurn] = {}
         self._echoes: dict[str, dict[str, int]] = {}  # by robot and relayer: stamp of the record relayed last
         self._met = NEVER
 
-    def met(self, tick: int) -> None:
+    def note_new_robot(self, tick: int) -> None:
         """Record that a robot is heard that was not heard before, or not for long."""
         self._met = tick
 
@@ -60,14 +60,14 @@ class Relaying:
         echoes[relayer] = record.stamp
 
     def choose(
-        self, tick: int, x: float, y: float, known: Mapping[str, Known], *, listens: bool
+        self, tick: int, x: float, y: float, known: Mapping[str, KnownRecord], *, listens: bool
     ) -> tuple[Relayed, ...]:
         """Return the records to relay from a place [m], nearest robots first; ``listens``: a robot has just started."""
         settings = self._settings
         welcome = listens or tick - self._met <= WELCOME
         fresh = [robot for robot, one in known.items() if one.record.stamp >= tick - settings.fresh]
         hidden = self._hidden(x, y, [known[robot].record for robot in fresh])
-        chosen: list[tuple[float, str, Known]] = []
+        chosen: list[tuple[float, str, KnownRecord]] = []
         live = set(fresh)
         for robot, one in known.items():
             if one.hops > settings.hops or (robot in live and robot not in hidden):
@@ -76,7 +76,7 @@ class Relaying:
                 chosen.append((hypot(one.record.x - x, one.record.y - y), robot, one))
         nearest = sorted(chosen)[: settings.relayed]
         for _, robot, one in nearest:
-            self._turns[robot] = Turn(tick, one.record, held_back=False)
+            self._turns[robot] = RelayTurn(tick, one.record, held_back=False)
         return tuple([Relayed(one.hops, one.record) for _, _, one in nearest])
 
     def _hidden(self, x: float, y: float, records: list[Record]) -> set[str]:
@@ -86,7 +86,7 @@ class Relaying:
             return set()
         places = np.array([(record.x, record.y) for record in records])
         heard = -1.0 if settings.in_sight else settings.radio_range - 1.0  # m; if walls stop the radio: perhaps nobody
-        found = missed(places, x, y, settings.radio_range, heard).tolist()
+        found = find_hidden_robots(places, x, y, settings.radio_range, heard).tolist()
         return {record.robot for record, hidden in zip(records, found, strict=True) if hidden}
 
     def _is_due(self, tick: int, record: Record, *, silent: bool, welcome: bool) -> bool:
@@ -96,7 +96,9 @@ class Relaying:
         if silent:
             pause = settings.relay_silent if record.stamp >= tick - settings.keep else 2 * settings.relay_silent
             return welcome or (tick - last.tick >= pause and not self._is_held_back(tick, record, record.stamp))
-        if last.record is None or _news(record, sight=settings.in_sight) != _news(last.record, sight=settings.in_sight):
+        if last.record is None or _urgent_news(record, sight=settings.in_sight) != _urgent_news(
+            last.record, sight=settings.in_sight
+        ):
             return not self._is_held_back(tick, record, record.stamp)
         if record.stamp - last.record.stamp < settings.relay:
             return False
@@ -108,11 +110,11 @@ class Relaying:
         echoes = self._echoes.get(record.robot, {})
         if last.held_back or [stamp >= oldest for stamp in echoes.values()].count(True) < ENOUGH:
             return False
-        self._turns[record.robot] = Turn(tick, record, held_back=True)
+        self._turns[record.robot] = RelayTurn(tick, record, held_back=True)
         return True
 
 
-def _news(record: Record, *, sight: bool) -> tuple[object, ...]:
+def _urgent_news(record: Record, *, sight: bool) -> tuple[object, ...]:
     """Return what robots that do not hear each other must soon know of each other."""
     about_plans = (record.epoch, record.frozen, record.need, record.collect, record.plan, record.refusal)
     return (*about_plans, record.held, record.claims, record.acks) if sight else about_plans

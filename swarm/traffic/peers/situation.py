@@ -29,6 +29,6 @@ class Situation(NamedTuple):
     stays: frozenset[int] = frozenset()  # cells that they have covered for long
 
     @property
-    def visits(self) -> int:
+    def stop_to_visit(self) -> int:
         """The cell that the robot has to drive over, whatever comes then: that of its stop; OUTSIDE: none."""
         return OUTSIDE if self.done or self.idle else self.goal

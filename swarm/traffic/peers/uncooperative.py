@@ -35,7 +35,7 @@ LASTS: Final = 300  # ticks (15 s) aside, with the way there: a mute robot has t
 MOVED: Final = 0.3  # m; a robot that has moved farther does not stand; less is a turn on the spot or a nudge
 
 
-class Spoken(NamedTuple):
+class MuteBroadcast(NamedTuple):
     """A broadcast that says nothing of traffic."""
 
     robot: str
@@ -49,7 +49,9 @@ class Mutes:
 
     def __init__(self, settings: TrafficConstants) -> None:
         self._settings = settings
-        self._last: dict[str, tuple[Spoken, Spoken]] = {}  # by robot: the last broadcast but one, and the last
+        self._last: dict[
+            str, tuple[MuteBroadcast, MuteBroadcast]
+        ] = {}  # by robot: the last broadcast but one, and the last
         self._since: dict[int, int] = {}  # covered cells, and since when without a break [tick]
         self._waits_since: int | None = None  # tick since which the robot has waited for mute robots only
         self.names: frozenset[str] = frozenset()  # of those heard lately
@@ -58,7 +60,7 @@ class Mutes:
         """Return True if any robot is or was mute when it was heard last."""
         return bool(self._last)
 
-    def hear(self, tick: int, spoken: Iterable[Spoken], spoke: Mapping[str, int]) -> None:
+    def note_broadcasts(self, tick: int, spoken: Iterable[MuteBroadcast], spoke: Mapping[str, int]) -> None:
         """Take in broadcasts; ``spoke`` is the tick of the last record that each robot itself has sent."""
         for one in spoken:
             known = self._last.get(one.robot)
@@ -85,7 +87,7 @@ class Mutes:
         found: dict[str, Record] = {}
         for robot, (before, last) in sorted(self._last.items()):
             age, said = tick - last.tick, known.get(robot)
-            covers = tuple(sorted(covered(before, last, age, cells, self._settings)))
+            covers = tuple(sorted(cells_under_mute(before, last, age, cells, self._settings)))
             if said is not None and tick - said.stamp <= self._settings.fresh:
                 held = (*[cell for cell in covers if cell not in said.held], *said.held)
                 found[robot] = replace(said, held=held)
@@ -97,18 +99,18 @@ class Mutes:
         return found
 
     @property
-    def moving(self) -> frozenset[str]:
+    def moving_robots(self) -> frozenset[str]:
         """Return the mute robots that moved between their last two broadcasts."""
         return frozenset(
-            [robot for robot in self.names if abs(_motion(*self._last[robot], self._settings).linear) >= STANDS]
+            [robot for robot in self.names if abs(_estimate_twist(*self._last[robot], self._settings).linear) >= STANDS]
         )
 
-    def waiting(self, pose: Pose, reach: float) -> list[Pose]:
+    def waiting_poses(self, pose: Pose, reach: float) -> list[Pose]:
         """Return the poses of the mute robots within ``reach`` [m] that stand and want to go on."""
-        still = [self._last[robot][1] for robot in sorted(self.names - self.moving)]
+        still = [self._last[robot][1] for robot in sorted(self.names - self.moving_robots)]
         return [one.pose for one in still if not one.rests and distance(one.pose, pose) <= reach]
 
-    def complain(self, tick: int, waits: Collection[str]) -> str | None:
+    def check_wait(self, tick: int, waits: Collection[str]) -> str | None:
         """Return a sentence once a robot has long waited for mute robots only; call it once a tick."""
         if not waits or not self.names.issuperset(waits):
             self._waits_since = None
@@ -119,24 +121,26 @@ class Mutes:
             return None
         return f"waits for {' and '.join(waits)}, which {'says' if len(waits) == 1 else 'say'} nothing of traffic"
 
-    def stays(self, tick: int) -> frozenset[int]:
+    def long_covered_cells(self, tick: int) -> frozenset[int]:
         """Return the cells that mute robots have covered for long."""
         return frozenset([cell for cell, since in self._since.items() if tick - since >= STAYS])
 
 
-def covered(before: Spoken, last: Spoken, age: int, cells: CellMap, settings: TrafficConstants) -> frozenset[int]:
+def cells_under_mute(
+    before: MuteBroadcast, last: MuteBroadcast, age: int, cells: CellMap, settings: TrafficConstants
+) -> frozenset[int]:
     """Return the cells under a mute robot's body and its brake, ``age`` ticks after it spoke ``last``.
 
     While it stands, these are the cells under its body; one that wants to go on may stray a little. While it moves, it
     may drive on as it did or straight, or gain speed, until it is heard again; then it brakes.
     """
     room = settings.radius + settings.margin
-    twist = _motion(before, last, settings)
+    twist = _estimate_twist(before, last, settings)
     if abs(twist.linear) < STANDS:
-        return cells.swept(((last.pose.x, last.pose.y),), settings.radius if last.rests else room)
+        return cells.swept_cells(((last.pose.x, last.pose.y),), settings.radius if last.rests else room)
     most, time = settings.acceleration, min(age * settings.tick, LONGEST)
     speed = abs(twist.linear) + most * (last.tick - before.tick) * settings.tick / 2
-    way, top = settings.driven(speed, time)
+    way, top = settings.reach_after(speed, time)
     length = way + top**2 / (2 * most)
     ahead = 1.0 if twist.linear > 0 else -1.0
     points: list[Point] = []
@@ -145,10 +149,10 @@ def covered(before: Spoken, last: Spoken, age: int, cells: CellMap, settings: Tr
         for _ in range(int(length / STEP) + 2):
             points.append((pose.x, pose.y))
             pose = integrate(pose, step, 1.0)
-    return cells.swept(points, room + STEP / 2)
+    return cells.swept_cells(points, room + STEP / 2)
 
 
-def _motion(before: Spoken, last: Spoken, settings: TrafficConstants) -> Twist:
+def _estimate_twist(before: MuteBroadcast, last: MuteBroadcast, settings: TrafficConstants) -> Twist:
     """Return how a robot moved between two broadcasts; unknown at the first one, and at rest."""
     ticks = last.tick - before.tick
     if ticks <= 0:
@@ -162,7 +166,7 @@ def _motion(before: Spoken, last: Spoken, settings: TrafficConstants) -> Twist:
     return Twist(linear if along >= 0 else -linear, turned / time)
 
 
-class StepAside:
+class StepAsideRecovery:
     """Decides when one robot moves aside, and where to."""
 
     def __init__(self) -> None:
@@ -181,7 +185,7 @@ class StepAside:
         """
         if self._to is not None and tick < self._since + LASTS and not stands:
             return self._to
-        near = mutes.waiting(pose, NEAR * cells.side)
+        near = mutes.waiting_poses(pose, NEAR * cells.side)
         moved = self._at is None or distance(self._at, pose) > MOVED
         if not near or moved or self._to is not None or stands:
             self._at, self._since, self._to = pose, tick, None

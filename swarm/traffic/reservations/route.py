@@ -24,7 +24,7 @@ OFF_WAY: Final = 30  # ticks off its way after which a robot begins its way agai
 Join = tuple[int, int]  # two cells between which a robot passes
 
 
-def shut_joins(way: Sequence[int], cells: CellMap) -> tuple[Join, ...]:
+def list_shut_joins(way: Sequence[int], cells: CellMap) -> tuple[Join, ...]:
     """List the joins of a way that a floor does not have."""
     return tuple((a, b) for a, b in pairwise(way) if a != b and b not in cells.neighbours[a])
 
@@ -47,7 +47,7 @@ class RouteProgress(NamedTuple):
         return self.reservations.held[-1]
 
     @property
-    def left(self) -> int:
+    def steps_left_behind(self) -> int:
         """The number of cells of the joint plan that lie behind."""
         for step in self.steps:
             if step != BESIDE:
@@ -55,7 +55,7 @@ class RouteProgress(NamedTuple):
         return 0
 
     @property
-    def on_way(self) -> int:
+    def way_cell_count(self) -> int:
         """The number of held cells that are on the way."""
         return len(self.steps) - self.steps.count(BESIDE)
 
@@ -64,55 +64,55 @@ class RouteProgress(NamedTuple):
         """The step in the joint plan of the first cell of the route."""
         return self.steps[-1] + 1
 
-    def place(self, body: int) -> int:
+    def body_index(self, body: int) -> int:
         """Return the index of the body's cell in the held cells, the last one if it is there twice; 0 if it is not."""
         held = self.reservations.held
         return len(held) - 1 - held[::-1].index(body) if body in held else 0
 
-    def until(self, body: int, visits: int) -> int:
+    def body_index_before_visit(self, body: int, visits: int) -> int:
         """Return the index of the body's cell, but none beyond the cell that a joint plan leads over and it ``visits``.
 
         Steps of a plan are not negative. A way of its own ends at that cell, or leads back from it.
         """
-        place, held = self.place(body), self.reservations.held
+        place, held = self.body_index(body), self.reservations.held
         return next((index for index in range(place) if held[index] == visits and self.steps[index] >= 0), place)
 
-    def onto(self, way: tuple[int, ...]) -> "RouteProgress":
+    def on_joint_way(self, way: tuple[int, ...]) -> "RouteProgress":
         """Return the progress on the way of a joint plan, which begins at the head."""
-        return self._replace(steps=(*self._as_if_alone()[:-1], 0), route=way[1:], following=True, sought=False)
+        return self._replace(steps=(*self._steps_without_plan()[:-1], 0), route=way[1:], following=True, sought=False)
 
-    def alone(self, route: tuple[int, ...]) -> "RouteProgress":
+    def on_own_way(self, route: tuple[int, ...]) -> "RouteProgress":
         """Return the progress on a way of its own, as a search found it."""
-        return self._replace(steps=self._as_if_alone(), route=route, following=False, sought=True)
+        return self._replace(steps=self._steps_without_plan(), route=route, following=False, sought=True)
 
-    def nowhere(self) -> "RouteProgress":
+    def without_way(self) -> "RouteProgress":
         """Return the progress without a way."""
-        return self._replace(steps=self._as_if_alone(), route=(), following=False, sought=False)
+        return self._replace(steps=self._steps_without_plan(), route=(), following=False, sought=False)
 
-    def _as_if_alone(self) -> tuple[int, ...]:
+    def _steps_without_plan(self) -> tuple[int, ...]:
         return tuple(min(step, ALONE) for step in self.steps)
 
-    def strayed(self, body: int) -> bool:
+    def has_strayed(self, body: int) -> bool:
         """Return True if the body is off the way."""
-        return self.steps[self.place(body)] == BESIDE
+        return self.steps[self.body_index(body)] == BESIDE
 
     def is_beside(self, body: int, cells: CellMap) -> bool:
         """Return True if a cell is next to a held cell of the way."""
         way = {cell for cell, step in zip(self.reservations.held, self.steps, strict=True) if step != BESIDE}
         return body != OUTSIDE and not way.isdisjoint(cells.neighbours[body])
 
-    def grown(self, reservations: Reservations) -> "RouteProgress":
+    def advance_head(self, reservations: Reservations) -> "RouteProgress":
         """Go on to the first cell of the route, which is now the head in ``reservations``."""
         step = self.next_step if self.following else ALONE
         return self._replace(reservations=reservations, steps=(*self.steps, step), route=self.route[1:])
 
-    def widened(self, cells: Collection[int]) -> "RouteProgress":
+    def hold_beside(self, cells: Collection[int]) -> "RouteProgress":
         """Hold these cells too, beside the way."""
         extra = tuple(sorted(set(cells).difference(self.reservations.held)))
         if not extra:
             return self
         return self._replace(
-            reservations=self.reservations.keep((*extra, *self.reservations.held)),
+            reservations=self.reservations.keep_only((*extra, *self.reservations.held)),
             steps=(BESIDE,) * len(extra) + self.steps,
         )
 
@@ -133,10 +133,10 @@ class RouteProgress(NamedTuple):
         """Hold a cell beside the way whose claim was granted."""
         reservations = self.reservations.withdraw([claim])
         return self._replace(
-            reservations=reservations.keep((claim.cell, *reservations.held)), steps=(BESIDE, *self.steps)
+            reservations=reservations.keep_only((claim.cell, *reservations.held)), steps=(BESIDE, *self.steps)
         )
 
-    def released(
+    def release_behind(
         self, touched: Collection[int], body: int, room: Collection[int] = (), visits: int = OUTSIDE
     ) -> "RouteProgress":
         """Release the cells behind the body, once the braking path is clear of them or they are held again further on.
@@ -145,7 +145,7 @@ class RouteProgress(NamedTuple):
         those after it.
         """
         held = self.reservations.held
-        place = self.until(body, visits)
+        place = self.body_index_before_visit(body, visits)
         if place == 0:
             return self
         keep = [
@@ -156,16 +156,16 @@ class RouteProgress(NamedTuple):
         ]
         if len(keep) == len(held):
             return self
-        reservations = self.reservations.keep(tuple(held[index] for index in keep))
+        reservations = self.reservations.keep_only(tuple(held[index] for index in keep))
         return self._replace(reservations=reservations, steps=tuple(self.steps[index] for index in keep))
 
-    def over(self, cells: CellMap, touched: Collection[int], body: int) -> "RouteProgress":
+    def on_new_floor(self, cells: CellMap, touched: Collection[int], body: int) -> "RouteProgress":
         """Return the progress on another floor: held cells stay as far as they are joined; all that is ahead is void.
 
         Cells that the body and its brake are in stay in any case. No new cell is held. If nobody can stand in the cell
         of the body any more, the head is the last one behind it on the way where the robot can stand.
         """
-        held, place = self.reservations.held, self.place(body)
+        held, place = self.reservations.held, self.body_index(body)
         end = place + 1
         while end < len(held) and held[end] in cells.neighbours[held[end - 1]]:
             end += 1
@@ -177,20 +177,20 @@ class RouteProgress(NamedTuple):
         steps = tuple(BESIDE if index >= end else min(self.steps[index], ALONE) for index in order)
         return RouteProgress(Reservations(tuple(held[index] for index in order), (), self.reservations.number), steps)
 
-    def shut(self, cells: CellMap, body: int, *, route: bool = True) -> tuple[Join, ...]:
+    def joins_shut_ahead(self, cells: CellMap, body: int, *, route: bool = True) -> tuple[Join, ...]:
         """List the joins ahead that a floor does not have; those beyond the held cells only if ``route``."""
-        held, place = self.reservations.held, self.place(body)
+        held, place = self.reservations.held, self.body_index(body)
         ahead = [cell for cell, step in zip(held[place:], self.steps[place:], strict=True) if step != BESIDE]
-        return shut_joins((*ahead, *(self.route if route else ())), cells)
+        return list_shut_joins((*ahead, *(self.route if route else ())), cells)
 
-    def awoken(self, touched: Collection[int]) -> "RouteProgress":
+    def after_waking(self, touched: Collection[int]) -> "RouteProgress":
         """Drop the claims and the held cells ahead of the body, to be claimed again; the way stays the same."""
         held = self.reservations.held
         end = 1 + max(index for index, cell in enumerate(held) if cell in touched)
         reservations = Reservations(held[:end], (), self.reservations.number)
         return self._replace(reservations=reservations, steps=self.steps[:end], route=(*held[end:], *self.route))
 
-    def turned_round(self, touched: Collection[int]) -> "RouteProgress":
+    def turn_round(self, touched: Collection[int]) -> "RouteProgress":
         """Drop the plan, the claims, and the held cells ahead of the braking path; then turn round if that helps.
 
         A robot that has stopped across two cells drives back: the cell further back becomes the head.
@@ -213,13 +213,13 @@ class Footprint(NamedTuple):
 def footprint_of(inputs: TrafficInputs, radius: float, cells: CellMap) -> Footprint:
     """Return the body, as a disc [m]."""
     x, y, _ = inputs.pose
-    touched = cells.swept(((x, y),), radius)
+    touched = cells.swept_cells(((x, y),), radius)
     if len(inputs.braking):
-        touched |= cells.swept(inputs.braking, radius)
+        touched |= cells.swept_cells(inputs.braking, radius)
     return Footprint(inputs.tick, inputs.pose, cells.cell_of(x, y), touched)
 
 
-def begun(
+def begin_way(
     number: int, body: Footprint, touched: frozenset[int], cells: CellMap, held: Collection[int] = ()
 ) -> RouteProgress:
     """Begin a way where the robot is, holding only cells that it touches. ``number`` is that of its next claim.
@@ -239,54 +239,56 @@ def begun(
     return RouteProgress(Reservations(kept, (), number), (BESIDE,) * (len(kept) - 1) + (ALONE,))
 
 
-def restart_here(progress: RouteProgress, body: Footprint, cells: CellMap) -> RouteProgress:
+def restart_way(progress: RouteProgress, body: Footprint, cells: CellMap) -> RouteProgress:
     """Begin the way again where the robot is. It holds new cells only if it touches none of those held."""
     held = progress.reservations.held
     touched = body.touched & frozenset(held) or body.touched
-    return begun(progress.reservations.number, body, touched, cells, held)
+    return begin_way(progress.reservations.number, body, touched, cells, held)
 
 
-def after_sleep(progress: RouteProgress | None, body: Footprint, cells: CellMap) -> RouteProgress:
+def resume_after_sleep(progress: RouteProgress | None, body: Footprint, cells: CellMap) -> RouteProgress:
     """Return the progress of a robot that has just started or was away."""
     if progress is None:
-        return begun(body.tick * 64 + 1, body, body.touched, cells)
-    if body.touched <= set(progress.reservations.held) and not progress.strayed(body.cell):
-        return progress.awoken(body.touched)
-    return restart_here(progress, body, cells)
+        return begin_way(body.tick * 64 + 1, body, body.touched, cells)
+    if body.touched <= set(progress.reservations.held) and not progress.has_strayed(body.cell):
+        return progress.after_waking(body.touched)
+    return restart_way(progress, body, cells)
 
 
-def hold_under_body(progress: RouteProgress, body: Footprint, cells: CellMap, radius: float) -> RouteProgress:
-    """Add the cells under the body to the held cells: the robot was pushed, or drove badly."""
+def hold_under_body(
+    progress: RouteProgress, body: Footprint, cells: CellMap, radius: float, theirs: Collection[int] = ()
+) -> RouteProgress:
+    """Add the cells under the body to the held cells, but ``theirs``: the robot was pushed, or drove badly."""
     if body.touched.issubset(progress.reservations.held):
         return progress
-    under = frozenset(cells.touched(body.pose.x, body.pose.y, radius)) - {OUTSIDE}
-    return progress.widened(under)
+    under = frozenset(cells.cells_under_disc(body.pose.x, body.pose.y, radius)).difference(theirs, {OUTSIDE})
+    return progress.hold_beside(under)
 
 
-def given_back(progress: RouteProgress, body: Footprint, cells: CellMap) -> RouteProgress:
+def give_back(progress: RouteProgress, body: Footprint, cells: CellMap) -> RouteProgress:
     """Drop the way, the claims, and the held cells ahead of the braking path."""
     if BESIDE in progress.steps:  # the cell behind may not be one to stand in
-        return restart_here(progress, body, cells)
-    return progress.turned_round(body.touched)
+        return restart_way(progress, body, cells)
+    return progress.turn_round(body.touched)
 
 
-def brought_to_rest(progress: RouteProgress, body: Footprint, cells: CellMap) -> RouteProgress:
+def bring_to_rest(progress: RouteProgress, body: Footprint, cells: CellMap) -> RouteProgress:
     """Return the progress of a robot that was told to stop: it keeps the cells under its body and brake."""
     free = not progress.route and not progress.following and not progress.reservations.all_claims
     if free and body.touched.issuperset(progress.reservations.held):
         return progress
-    return given_back(progress, body, cells)
+    return give_back(progress, body, cells)
 
 
-def spread(
+def hold_free_drive_cells(
     progress: RouteProgress, inputs: TrafficInputs, cells: CellMap, settings: TrafficConstants
 ) -> tuple[RouteProgress, Footprint]:
     """Hold all cells that the body could reach within two ticks: in free drive it may leave the cells held so far."""
     radius = settings.radius + settings.margin + 2 * settings.speed * settings.tick
     body = footprint_of(inputs, radius, cells)
-    progress = progress.widened(body.touched)
-    if progress.strayed(body.cell) and cells.is_joined(body.cell):
-        progress = begun(progress.reservations.number, body, body.touched, cells)
+    progress = progress.hold_beside(body.touched)
+    if progress.has_strayed(body.cell) and cells.is_joined(body.cell):
+        progress = begin_way(progress.reservations.number, body, body.touched, cells)
     return progress, body
 
 
@@ -301,16 +303,16 @@ def free_drive_cells(
 
     The robot then holds what its body and its brake need, and nothing constrains the fuzzy tables.
     """
-    (x, y, _), alone = body.pose, settings.alone
+    (x, y, _), alone = body.pose, settings.alone_distance
     for record in fresh.values():
         if hypot(record.x - x, record.y - y) < alone:
             return ()
     theirs = {cell for record in others.values() for cell in (*record.held, *(claim.cell for claim in record.claims))}
-    about = cells.around(body.cell, VIEW)
+    about = cells.cells_around(body.cell, VIEW)
     return () if not theirs.isdisjoint(about) else tuple(cell for cell in about if cells.stands[cell])
 
 
-class OffRoute:
+class OffRouteChecker:
     """Notices when a robot has been off its way for long."""
 
     def __init__(self) -> None:
@@ -325,11 +327,11 @@ class OffRoute:
         A robot in a joint plan begins again only if it fled, or is not next to its way: if it uses room beside its way,
         it comes back. Call it once a tick.
         """
-        strayed = progress.strayed(body.cell)
+        strayed = progress.has_strayed(body.cell)
         self._fled = strayed and (self._fled or threatened)
         if not strayed or (progress.following and not self._fled and progress.is_beside(body.cell, cells)):
             self._on_way = body.tick
         elif body.tick - self._on_way > OFF_WAY and cells.is_joined(body.cell):
             self._on_way = body.tick
-            return restart_here(progress, body, cells)
+            return restart_way(progress, body, cells)
         return progress

@@ -47,16 +47,16 @@ class Reservations(NamedTuple):
             beside=tuple(claim for claim in self.beside if claim not in gone),
         )
 
-    def take(self, claim: Claim) -> "Reservations":
+    def hold_claimed(self, claim: Claim) -> "Reservations":
         """Turn a claim into a hold; its cell becomes the head."""
         return self.withdraw([claim])._replace(held=(*self.held, claim.cell))
 
-    def keep(self, held: tuple[int, ...]) -> "Reservations":
+    def keep_only(self, held: tuple[int, ...]) -> "Reservations":
         """Hold the cells ``held``, and release all others."""
         return self._replace(held=held)
 
 
-class Case(NamedTuple):
+class ClaimCase(NamedTuple):
     """What a rule judges: one claim, made by ``who``, as far as ``me`` knows."""
 
     claim: Claim
@@ -70,51 +70,51 @@ class Case(NamedTuple):
     ripe: int = 0  # ticks a claim has to be known before it counts
 
 
-Rule = Callable[[Case], bool]
+Rule = Callable[[ClaimCase], bool]
 
 
-def _older(one: Claim, who: str, other: Claim, whose: str) -> bool:
+def _is_older(one: Claim, who: str, other: Claim, whose: str) -> bool:
     return (one.stamp, who) < (other.stamp, whose)
 
 
-def _nobody_holds(case: Case) -> bool:
+def _nobody_holds(case: ClaimCase) -> bool:
     cell = case.claim.cell
     return {(robot, cell) for robot, notice in case.others.items() if cell in notice.held} <= case.cleared
 
 
-def _nobody_claims(case: Case) -> bool:
+def _nobody_claims(case: ClaimCase) -> bool:
     cell = case.claim.cell
     return {
         (robot, cell) for robot, notice in case.others.items() for claim in notice.claims if claim.cell == cell
     } <= case.cleared
 
 
-def _no_older_claim(case: Case) -> bool:
+def _no_older_claim(case: ClaimCase) -> bool:
     mine, cell = case.claim, case.claim.cell
     return {
         (robot, cell)
         for robot, notice in case.others.items()
         for claim in notice.claims
-        if claim.cell == cell and _older(claim, robot, mine, case.me)
+        if claim.cell == cell and _is_older(claim, robot, mine, case.me)
     } <= case.cleared
 
 
-def _all_acknowledge(case: Case) -> bool:
+def _all_acknowledge(case: ClaimCase) -> bool:
     ack = (case.me, case.claim.number)
     return all(ack in case.others[robot].acks for robot in case.near)
 
 
-def _i_do_not_hold(case: Case) -> bool:
+def _i_do_not_hold(case: ClaimCase) -> bool:
     return case.claim.cell not in case.own.held
 
 
-def _i_have_no_older_claim(case: Case) -> bool:
+def _i_have_no_older_claim(case: ClaimCase) -> bool:
     return not any(
-        mine.cell == case.claim.cell and _older(mine, case.me, case.claim, case.who) for mine in case.own.all_claims
+        mine.cell == case.claim.cell and _is_older(mine, case.me, case.claim, case.who) for mine in case.own.all_claims
     )
 
 
-def _is_ripe(case: Case) -> bool:
+def _is_ripe(case: ClaimCase) -> bool:
     return case.age >= case.ripe
 
 
@@ -136,7 +136,7 @@ TAKE: Final[dict[str, Rule]] = {   # my claim becomes a hold, unless
 # fmt: on
 
 
-def obstacle(rules: Mapping[str, Rule], case: Case) -> str | None:
+def find_violated_rule(rules: Mapping[str, Rule], case: ClaimCase) -> str | None:
     """Return the name of the first rule that is violated, or None if all allow the claim."""
     for name, allows in rules.items():
         if not allows(case):
@@ -144,11 +144,13 @@ def obstacle(rules: Mapping[str, Rule], case: Case) -> str | None:
     return None
 
 
-def acknowledged(me: str, own: Reservations, others: Mapping[str, Notice], rules: Mapping[str, Rule] = GRANT) -> Acks:
+def acknowledgements(
+    me: str, own: Reservations, others: Mapping[str, Notice], rules: Mapping[str, Rule] = GRANT
+) -> Acks:
     """List the claims of others, (robot, number), to which I do not object."""
     return tuple(
         (robot, claim.number)
         for robot in sorted(others)
         for claim in others[robot].claims
-        if obstacle(rules, Case(claim, robot, me, own, others)) is None
+        if find_violated_rule(rules, ClaimCase(claim, robot, me, own, others)) is None
     )

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from msgspec import structs
 
-from swarm.bridge.body.body import Body, Setting
+from swarm.bridge.body.body import BodyOptions, RosBody
 from swarm.bridge.body.guard import FAULTS
 from swarm.bridge.body.readings import Beams, Localisation, Odometry
 from swarm.geometry import Pose, Twist, integrate
@@ -32,7 +32,7 @@ USUAL: dict[str, Any] = {
 class Run:
     """A body and a robot that obeys at once, in steps of one tick."""
 
-    body: Body
+    body: RosBody
     says: dict[str, bool] = field(default_factory=lambda: dict.fromkeys(("odom", "pose", "scan", "stop", "cmd"), True))
     obeys: float = 1.0  # share of the twist that the robot drives
     error: Pose = HERE
@@ -71,11 +71,11 @@ class Run:
             reported = next((one for one in reversed(self.reports) if one is not None), None)
             if (at := self.placed or reported) is not None:
                 body.take_sense(structs.replace(FITS, x=at.x, y=at.y, yaw=at.yaw), self.now)
-            told, said = body.beat(self.now)
+            told, said = body.compute_twist(self.now)
             self.twist = Twist(told.linear * self.obeys, told.angular * self.obeys)
             self.lines += said
             self.twists.append(told)
-            self.reports.append(body.report(self.now))
+            self.reports.append(body.make_report(self.now))
         return self
 
 
@@ -87,7 +87,7 @@ def command(tick: int, left: float, right: float) -> Command:
 
 
 def run_of(**setting: Any) -> Run:  # noqa: ANN401
-    return Run(Body(Setting(**USUAL | setting), SETTINGS, 0.0))
+    return Run(RosBody(BodyOptions(**USUAL | setting), SETTINGS, 0.0))
 
 
 def test_a_robot_with_all_that_it_was_asked_for_drives_and_reports() -> None:
@@ -233,17 +233,17 @@ def test_a_robot_that_is_as_slow_to_start_as_many_are_is_no_fault() -> None:
         run.body.take_localisation(Localisation(run.now, pose), run.now)
         run.body.take_scan(FULL, run.now)
         run.body.take_command(command(tick + 10, 0.5, 0.5), run.now)
-        assert run.body.beat(run.now) == (Twist(0.5, 0.0), [])
+        assert run.body.compute_twist(run.now) == (Twist(0.5, 0.0), [])
 
 
 def test_a_command_that_comes_again_has_the_same_report() -> None:
     run = run_of().steps(5)
-    first = run.body.report(run.now)
+    first = run.body.make_report(run.now)
     run.body.take_odometry(Odometry(run.now + 0.01, Pose(0.13, 0.0, 0.0), run.twist), run.now + 0.01)
     assert not run.body.take_command(command(5, 0.5, 0.5), run.now + 0.02)
-    assert run.body.report(run.now + 0.02) is first
+    assert run.body.make_report(run.now + 0.02) is first
     assert run.body.take_command(command(6, 0.5, 0.5), run.now + 0.03)
-    assert run.body.report(run.now + 0.03) is not first
+    assert run.body.make_report(run.now + 0.03) is not first
 
 
 def test_a_turn_is_commanded_by_the_track_width_of_the_robots_own_driver() -> None:

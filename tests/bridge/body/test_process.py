@@ -146,7 +146,7 @@ def test_on_every_fault_the_robot_stands_says_why_and_goes_on_when_it_is_mended(
     assert at.x > 2.0
 
 
-@pytest.mark.costs("a robot drives a square in real time")
+@pytest.mark.long("a robot drives a square in real time")
 def test_a_square_without_a_fleet_prints_what_the_robot_is_like(tmp_runtime: Path, endpoint: Endpoint) -> None:
     like = {
         "late": 0.1,

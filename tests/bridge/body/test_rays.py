@@ -1,13 +1,13 @@
 """A scan as rays: against rays that are cast from the robot's centre in a room, and the rules of REP-117."""
 
-from math import cos, inf, nan, pi, radians, sin
+from math import asin, cos, hypot, inf, nan, pi, radians, remainder, sin
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from swarm.bridge.body.rays import NEAR, rays
+from swarm.bridge.body.rays import NEAR, compute_rays
 from swarm.bridge.body.readings import Beams
 from swarm.geometry import Pose
 from swarm.robot.sectors import sectors
@@ -55,9 +55,38 @@ def test_rays_are_those_of_the_robots_centre_wherever_the_scanner_is_and_however
     x: float, y: float, yaw: float, count: int, first: float, left: bool
 ) -> None:
     seen = scan(mounted := Pose(x, y, yaw), count, first=first, turn=2 * pi if left else -2 * pi)
-    for free, angle in zip(rays(seen, mounted, SETTINGS).free, ANGLES, strict=True):
+    for free, angle in zip(compute_rays(seen, mounted, SETTINGS).free, ANGLES, strict=True):
         expected = [wall(0.0, 0.0, angle + off, 1.0) - EDGE for off in np.linspace(-NEAR, NEAR, 9)]
         assert min(expected) - 0.02 <= free <= max(expected) + 0.02
+
+
+def with_disc(mounted: Pose, x: float, y: float, radius: float, count: int) -> Beams:
+    """Return what a scanner measures in such a room in which a disc stands."""
+    seen = scan(mounted, count)
+    angles = mounted.yaw + seen.first + seen.step * np.arange(count)
+    along = (x - mounted.x) * np.cos(angles) + (y - mounted.y) * np.sin(angles)
+    beside = (y - mounted.y) * np.cos(angles) - (x - mounted.x) * np.sin(angles)
+    hit = (np.abs(beside) < radius) & (along > 0.0)
+    near = along - np.sqrt(np.maximum(radius**2 - beside**2, 0.0))
+    return seen._replace(ranges=np.where(hit, near, seen.ranges).astype(np.float32))
+
+
+@given(
+    bearing=st.floats(-pi, pi), gap=st.floats(0.02, 0.5), wide=st.floats(0.03, 0.3), count=st.integers(360, 1000),
+    yaw=st.floats(-pi, pi),
+)  # fmt: skip
+def test_a_scanner_beside_the_centre_tells_all_rays_past_the_edge_of_a_near_thing(
+    bearing: float, gap: float, wide: float, count: int, yaw: float
+) -> None:
+    x, y = (EDGE + gap + wide) * cos(bearing), (EDGE + gap + wide) * sin(bearing)
+    mounted = Pose(-0.1, 0.05, yaw)
+    found = compute_rays(with_disc(mounted, x, y, wide, count), mounted, SETTINGS)
+    assert not found.lacks
+    for free, angle in zip(found.free, ANGLES, strict=True):
+        expected = [wall(0.0, 0.0, angle + off, 1.0) - EDGE for off in np.linspace(-NEAR, NEAR, 9)]
+        assert free <= max(expected) + 0.02
+        if abs(remainder(angle - bearing, 2 * pi)) < asin(wide / hypot(x, y)) / 2:
+            assert free <= hypot(x, y) - EDGE + 0.02, "the ray meets the middle of the disc"
 
 
 @pytest.mark.parametrize(
@@ -75,17 +104,17 @@ def test_rays_are_those_of_the_robots_centre_wherever_the_scanner_is_and_however
     ],
 )  # fmt: skip
 def test_a_beam_is_read_by_rep_117(ahead: tuple[float, ...], free: float) -> None:
-    assert rays(with_front(*ahead), CENTRE, SETTINGS).free[FRONT] == pytest.approx(free)
+    assert compute_rays(with_front(*ahead), CENTRE, SETTINGS).free[FRONT] == pytest.approx(free)
 
 
 def test_zero_is_far_only_for_a_scanner_that_means_it_so() -> None:
     seen = with_front(*[0.0] * 41)
-    assert rays(seen, CENTRE, SETTINGS, zero_is_far=True).free[FRONT] == 1.6
-    assert rays(seen, CENTRE, SETTINGS).free == []
+    assert compute_rays(seen, CENTRE, SETTINGS, zero_is_far=True).free[FRONT] == 1.6
+    assert compute_rays(seen, CENTRE, SETTINGS).free == []
 
 
 def test_a_ray_without_a_measurement_leaves_all_untold_and_says_which() -> None:
-    found = rays(with_front(*[nan] * 41), CENTRE, SETTINGS)
+    found = compute_rays(with_front(*[nan] * 41), CENTRE, SETTINGS)
     assert found.free == []
     assert found.lacks == "has measured nothing in the direction of ray 7 (0 degrees)"
 
@@ -102,10 +131,10 @@ def test_a_ray_without_a_measurement_leaves_all_untold_and_says_which() -> None:
 def test_another_number_of_beams_is_all_right_as_long_as_there_is_one_near_each_ray(
     count: int, turn: float, lacks: str
 ) -> None:
-    found = rays(scan(count=count, turn=turn, first=-radians(110) if turn < 6 else -pi), CENTRE, SETTINGS)
+    found = compute_rays(scan(count=count, turn=turn, first=-radians(110) if turn < 6 else -pi), CENTRE, SETTINGS)
     assert (found.lacks, len(found.free)) == (lacks, 0 if lacks else 15)
 
 
 def test_a_scanner_that_does_not_reach_as_far_as_rays_tells_nothing() -> None:
     short = scan()._replace(farthest=1.7)
-    assert rays(short, CENTRE, SETTINGS) == ([], "reaches 1.7 m, and sensors.range of the scenario wants 1.8 m")
+    assert compute_rays(short, CENTRE, SETTINGS) == ([], "reaches 1.7 m, and sensors.range of the scenario wants 1.8 m")

@@ -17,38 +17,40 @@ from swarm.geometry import Pose, Twist
 
 ROS = Types("jazzy")
 READ = {
-    ODOMETRY: readings.odometry, LOCALISATION: readings.localisation, SCAN: readings.beams, STOP: readings.stop,
+    ODOMETRY: readings.parse_odometry, LOCALISATION: readings.parse_localisation, SCAN: readings.parse_scan, STOP: readings.parse_stop,
 }  # fmt: skip
 
 
 def header(frame: str) -> Any:  # noqa: ANN401
-    return ROS.make(
-        "std_msgs/msg/Header", stamp=ROS.make("builtin_interfaces/msg/Time", sec=3, nanosec=500_000_000), frame_id=frame
+    return ROS.make_message(
+        "std_msgs/msg/Header",
+        stamp=ROS.make_message("builtin_interfaces/msg/Time", sec=3, nanosec=500_000_000),
+        frame_id=frame,
     )
 
 
 def posed(x: float = 1.0, y: float = 2.0, turn: tuple[float, ...] = (0.0, 0.0, sqrt(0.5), sqrt(0.5))) -> Any:  # noqa: ANN401
     qx, qy, qz, qw = turn
-    pose = ROS.make(
-        "geometry_msgs/msg/Pose", position=ROS.make("geometry_msgs/msg/Point", x=x, y=y, z=0.0),
-        orientation=ROS.make("geometry_msgs/msg/Quaternion", x=qx, y=qy, z=qz, w=qw),
+    pose = ROS.make_message(
+        "geometry_msgs/msg/Pose", position=ROS.make_message("geometry_msgs/msg/Point", x=x, y=y, z=0.0),
+        orientation=ROS.make_message("geometry_msgs/msg/Quaternion", x=qx, y=qy, z=qz, w=qw),
     )  # fmt: skip
-    return ROS.make("geometry_msgs/msg/PoseWithCovariance", pose=pose, covariance=np.zeros(36))
+    return ROS.make_message("geometry_msgs/msg/PoseWithCovariance", pose=pose, covariance=np.zeros(36))
 
 
 def odometry(frame: str = "odom", v: float = 0.5, w: float = -0.1, **pose: Any) -> bytes:  # noqa: ANN401
     def vector(x: float, z: float) -> Any:  # noqa: ANN401
-        return ROS.make("geometry_msgs/msg/Vector3", x=x, y=0.0, z=z)
+        return ROS.make_message("geometry_msgs/msg/Vector3", x=x, y=0.0, z=z)
 
-    twist = ROS.make("geometry_msgs/msg/Twist", linear=vector(v, 0.0), angular=vector(0.0, w))
-    return ROS.serialize(ODOMETRY, ROS.make(
+    twist = ROS.make_message("geometry_msgs/msg/Twist", linear=vector(v, 0.0), angular=vector(0.0, w))
+    return ROS.serialize(ODOMETRY, ROS.make_message(
         ODOMETRY, header=header(frame), child_frame_id="base_link", pose=posed(**pose),
-        twist=ROS.make("geometry_msgs/msg/TwistWithCovariance", twist=twist, covariance=np.zeros(36)),
+        twist=ROS.make_message("geometry_msgs/msg/TwistWithCovariance", twist=twist, covariance=np.zeros(36)),
     ))  # fmt: skip
 
 
 def localisation(frame: str = "map", **pose: Any) -> bytes:  # noqa: ANN401
-    return ROS.serialize(LOCALISATION, ROS.make(LOCALISATION, header=header(frame), pose=posed(**pose)))
+    return ROS.serialize(LOCALISATION, ROS.make_message(LOCALISATION, header=header(frame), pose=posed(**pose)))
 
 
 def scan(**changed: Any) -> bytes:  # noqa: ANN401
@@ -56,23 +58,23 @@ def scan(**changed: Any) -> bytes:  # noqa: ANN401
         "angle_min": -pi, "angle_max": pi, "angle_increment": 0.1, "time_increment": 0.0, "scan_time": 0.1,
         "range_min": 0.1, "range_max": 3.5, "ranges": np.ones(3, np.float32), "intensities": np.zeros(0, np.float32),
     }  # fmt: skip
-    return ROS.serialize(SCAN, ROS.make(SCAN, header=header("base_scan"), **fields | changed))
+    return ROS.serialize(SCAN, ROS.make_message(SCAN, header=header("base_scan"), **fields | changed))
 
 
 @pytest.mark.parametrize("frame", ["odom", "r2/odom", "/odom"])
 def test_odometry_is_read(frame: str) -> None:
-    found = readings.odometry(ROS, odometry(frame))
+    found = readings.parse_odometry(ROS, odometry(frame))
     assert found.stamp == 3.5
     assert found.pose == pytest.approx((1.0, 2.0, pi / 2))
     assert found.twist == Twist(0.5, -0.1)
 
 
 def test_a_localisation_a_scan_and_a_stop_are_read() -> None:
-    assert readings.localisation(ROS, localisation(turn=(0.0, 0.0, 0.0, 2.0))).pose == Pose(1.0, 2.0, 0.0)
-    found = readings.beams(ROS, scan())
+    assert readings.parse_localisation(ROS, localisation(turn=(0.0, 0.0, 0.0, 2.0))).pose == Pose(1.0, 2.0, 0.0)
+    found = readings.parse_scan(ROS, scan())
     assert found.first == pytest.approx(-pi)
     assert found.ranges.tolist() == [1.0] * 3
-    assert readings.stop(ROS, ROS.serialize(STOP, ROS.make(STOP, data=True))) is True
+    assert readings.parse_stop(ROS, ROS.serialize(STOP, ROS.make_message(STOP, data=True))) is True
 
 
 @pytest.mark.parametrize(

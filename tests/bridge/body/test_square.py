@@ -9,7 +9,7 @@ from math import pi
 import pytest
 
 from swarm.bridge.body.readings import Odometry
-from swarm.bridge.body.square import Sample, Square, measured, told
+from swarm.bridge.body.square import OdometrySample, Square, format_square_result, measure_square
 from swarm.errors import PeerError
 from swarm.geometry import Pose, Twist, integrate
 from swarm.motion.drive import ramp
@@ -32,9 +32,11 @@ class Plant:
         waiting = deque([Twist(0.0, 0.0)] * round(self.late / STEP))
         gain = self.acceleration * STEP
         for tick in range(round(most / STEP)):
-            command = square.step(Sample(tick * STEP, Odometry(tick * STEP, self.pose, self.twist), self.pose))
+            command = square.add_sample(
+                OdometrySample(tick * STEP, Odometry(tick * STEP, self.pose, self.twist), self.pose)
+            )
             yield command
-            if square.done:
+            if square.is_done:
                 return
             waiting.append(command)
             now = waiting.popleft()
@@ -52,9 +54,9 @@ def test_a_square_shows_how_late_quick_and_wide_a_robot_is(late: float, accelera
     square = Square(1.0, 0.3, 1.0)
     plant = Plant(late, acceleration, turning)
     commands = list(plant.drives(square))
-    assert square.done
+    assert square.is_done
     assert commands[-1] == Twist(0.0, 0.0)
-    found = measured(square, WIDTH)
+    found = measure_square(square, WIDTH)
     assert found.rate == pytest.approx(50.0)
     assert found.latency[1] == pytest.approx(late + 0.3 * 0.1 / acceleration, abs=2.5 * STEP)
     assert found.acceleration == pytest.approx(acceleration, rel=0.2)
@@ -75,7 +77,7 @@ def test_the_robot_stands_between_two_moves_and_the_moves_alternate() -> None:
 def test_what_is_told_are_lines_for_a_scenario() -> None:
     square = Square(1.0, 0.3, 1.0)
     list(Plant(turning=0.8).drives(square))
-    lines = list(told(measured(square, WIDTH), WIDTH, 0.3, "/pose"))
+    lines = list(format_square_result(measure_square(square, WIDTH), WIDTH, 0.3, "/pose"))
     assert any(line.startswith("turning             0.800 of what was commanded, by /pose") for line in lines)
     assert "  track_width: 0.500" in lines
     assert "  speed_scale: 0.075  # wheels of at most 0.30 m/s" in lines
@@ -90,4 +92,4 @@ def test_a_robot_that_does_not_do_what_it_is_told_is_given_up(share: float) -> N
 def test_a_turn_is_a_quarter() -> None:
     square = Square(1.0, 0.3, 1.0)
     list(Plant(late=0.0, acceleration=50.0).drives(square))
-    assert [move.told for move in square.moves if move.turns] == pytest.approx([pi / 2] * 4, abs=2 * STEP)
+    assert [move.told for move in square.moves if move.is_turn] == pytest.approx([pi / 2] * 4, abs=2 * STEP)

@@ -23,7 +23,7 @@ SECOND: Final = 10**9  # ns
 
 def tick(one: Bag, *seconds: int) -> None:
     for number in seconds:
-        one.send("/clock", layouts.clock(number * SECOND), number * SECOND)
+        one.send_payload("/clock", layouts.write_clock(number * SECOND), number * SECOND)
 
 
 def clocks(path: Path) -> list[int]:
@@ -32,7 +32,7 @@ def clocks(path: Path) -> list[int]:
 
 def test_a_bag_has_what_was_said_with_its_type_and_time(tmp_path: Path) -> None:
     with Bag(tmp_path / "a.mcap", ROS) as one:
-        one.offer("/clock", CLOCK)
+        one.offer_topic("/clock", CLOCK)
         tick(one, 1, 2, 5)
     assert [(line.topic, line.at, line.type) for line in lines_of_both(tmp_path / "a.mcap")] == [
         ("/clock", number * SECOND, "rosgraph_msgs/msg/Clock") for number in (1, 2, 5)
@@ -42,7 +42,7 @@ def test_a_bag_has_what_was_said_with_its_type_and_time(tmp_path: Path) -> None:
 
 def test_a_message_that_comes_late_is_logged_when_it_comes(tmp_path: Path) -> None:
     with Bag(tmp_path / "a.mcap", ROS) as one:
-        one.offer("/clock", CLOCK)
+        one.offer_topic("/clock", CLOCK)
         tick(one, 3, 2)
     assert [(line.at, line.message.clock.sec) for line in lines(tmp_path / "a.mcap")] == [
         (3 * SECOND, 3),
@@ -65,7 +65,7 @@ def test_at_every_moment_readers_find_the_chunks_that_are_written(
         return size
 
     with Bag(path, ROS) as one:
-        one.offer("/clock", CLOCK)
+        one.offer_topic("/clock", CLOCK)
         monkeypatch.setattr(os, "pwrite", watched)
         for chunk in range(3):
             fresh = list(range(10 * chunk, 10 * chunk + 10))
@@ -84,7 +84,7 @@ def test_a_chunk_is_written_every_few_seconds(tmp_path: Path, monkeypatch: pytes
     now = [1000.0]
     monkeypatch.setattr(bag, "monotonic", lambda: now[0])
     with Bag(tmp_path / "a.mcap", ROS) as one:
-        one.offer("/clock", CLOCK)
+        one.offer_topic("/clock", CLOCK)
         tick(one, 1, 2)
         assert clocks(tmp_path / "a.mcap") == []
         now[0] += EVERY
@@ -95,11 +95,11 @@ def test_a_chunk_is_written_every_few_seconds(tmp_path: Path, monkeypatch: pytes
 
 def test_another_run_is_in_another_file_with_the_same_topics(tmp_path: Path) -> None:
     with Bag(tmp_path / "a.mcap", ROS) as one:
-        one.offer("/clock", CLOCK)
-        one.offer("/map", MAP)
-        one.withdraw("/map")
+        one.offer_topic("/clock", CLOCK)
+        one.offer_topic("/map", MAP)
+        one.withdraw_topic("/map")
         tick(one, 7)
-        one.begin()
+        one.begin_run()
         tick(one, 1)
     assert clocks(tmp_path / "a.mcap") == [7]
     assert [(line.at, line.message.clock.sec) for line in lines(tmp_path / "a-run2.mcap")] == [(SECOND, 1)]
@@ -109,8 +109,8 @@ def test_latched_topics_are_offered_as_that_when_a_bag_is_played(tmp_path: Path)
     shown = {topic.name: topic for topic in (*OF_FLEET, *OF_ROBOT)}
     with Bag(tmp_path / "a.mcap", ROS) as one:
         for name, topic in shown.items():
-            one.offer(f"/{name}", topic)
-            one.send(f"/{name}", layouts.transforms(0, []), 0)
+            one.offer_topic(f"/{name}", topic)
+            one.send_payload(f"/{name}", layouts.write_transforms(0, []), 0)
     with AnyReader([tmp_path / "a.mcap"]) as reader:
         found = [*reader.connections]
     assert {one.topic for one in found} == {f"/{name}" for name in shown}

@@ -2,7 +2,7 @@
 
 import pytest
 
-from swarm.bridge.foxglove.clicks import clicked
+from swarm.bridge.foxglove.clicks import parse_click
 from swarm.bridge.ros2.types import Types
 from swarm.errors import PeerError
 from swarm.messages import Order
@@ -12,7 +12,7 @@ ROS = Types("jazzy")
 
 
 def test_a_click_on_the_map_is_an_order_to_one_target() -> None:
-    assert clicked(ROS, "json", pose(4, 3.5), "a") == Order(id="a", targets=[(4.0, 3.5)])
+    assert parse_click(ROS, "json", pose(4, 3.5), "a") == Order(id="a", targets=[(4.0, 3.5)])
 
 
 @pytest.mark.parametrize(
@@ -32,5 +32,5 @@ def test_a_click_on_the_map_is_an_order_to_one_target() -> None:
 )  # fmt: skip
 def test_anything_else_is_refused(encoding: str, payload: bytes, said: str) -> None:
     with pytest.raises(PeerError) as refused:
-        clicked(ROS, encoding, payload, "a")
+        parse_click(ROS, encoding, payload, "a")
     assert str(refused.value) == said

@@ -8,7 +8,7 @@ import psutil
 import pytest
 
 from swarm.bridge.cdr import layouts
-from swarm.bridge.foxglove.live import BACKLOG, MOST, Live
+from swarm.bridge.foxglove.viewer_server import BACKLOG, MOST, ViewerServer
 from swarm.bridge.ros2.topics import CLOCK, PLAN, TF_STATIC
 from swarm.bridge.ros2.types import Types
 from swarm.bus import Endpoint
@@ -18,20 +18,20 @@ from tests.bridge.foxglove.read import Viewer, viewer
 
 ROS: Final = Types("jazzy")
 LIMIT: Final = 100  # bytes
-FRAMES: Final = layouts.transforms(0, [("map", "r1/odom", Pose(1.0, 2.0, 0.0))])
+FRAMES: Final = layouts.write_transforms(0, [("map", "r1/odom", Pose(1.0, 2.0, 0.0))])
 
 
 @contextmanager
-def live(port: int = 0) -> Iterator[Live]:
-    with Live(Endpoint("127.0.0.1", port).claim(), "office", ROS, LIMIT) as server:
-        server.offer("/clock", CLOCK)
-        server.offer("/tf_static", TF_STATIC)
+def live(port: int = 0) -> Iterator[ViewerServer]:
+    with ViewerServer(Endpoint("127.0.0.1", port).claim(), "office", ROS, LIMIT) as server:
+        server.offer_topic("/clock", CLOCK)
+        server.offer_topic("/tf_static", TF_STATIC)
         yield server
 
 
-def until_wanted(server: Live, name: str, one: Viewer) -> None:
+def until_wanted(server: ViewerServer, name: str, one: Viewer) -> None:
     """Go on until the server knows what a viewer wants."""
-    while not server.wants(name):
+    while not server.is_topic_wanted(name):
         with suppress(TimeoutError):
             list(one.next(0.1))
 
@@ -43,19 +43,19 @@ def test_topics_come_with_their_schemas_and_go() -> None:
         about = one.channels["/clock"]
         assert (about["encoding"], about["schemaName"]) == ("cdr", "rosgraph_msgs/msg/Clock")
         assert about["schemaEncoding"] == "ros2msg"
-        server.offer("/r1/plan", PLAN)
-        server.withdraw("/clock")
-        server.tell("that is all", trouble=True)
+        server.offer_topic("/r1/plan", PLAN)
+        server.withdraw_topic("/clock")
+        server.send_status("that is all", trouble=True)
         one.until_told("that is all")
         assert one.channels.keys() == {"/tf_static", "/r1/plan"}
 
 
 def test_who_comes_late_gets_what_is_kept() -> None:
     with live() as server:
-        server.send("/tf_static", FRAMES, 7)
+        server.send_payload("/tf_static", FRAMES, 7)
         with viewer(server.url, "/tf_static") as one:
             until_wanted(server, "/tf_static", one)
-            assert list(server.heard()) == []
+            assert list(server.take_published()) == []
             (frame,) = one.until("/tf_static").transforms
             assert frame.child_frame_id == "r1/odom"
 
@@ -63,7 +63,7 @@ def test_who_comes_late_gets_what_is_kept() -> None:
 def test_only_what_a_viewer_wants_is_wanted() -> None:
     with live() as server, viewer(server.url, "/tf_static") as one:
         until_wanted(server, "/tf_static", one)
-        assert not server.wants("/clock")
+        assert not server.is_topic_wanted("/clock")
 
 
 def test_garbage_of_viewers_is_dropped_and_counted() -> None:
@@ -83,35 +83,35 @@ def test_garbage_of_viewers_is_dropped_and_counted() -> None:
         while not heard:
             with suppress(TimeoutError):
                 list(one.next(0.1))
-            heard += [f"{found.topic} {found.encoding} {found.payload.decode()}" for found in server.heard()]
+            heard += [f"{found.topic} {found.encoding} {found.payload.decode()}" for found in server.take_published()]
         assert heard == ["/x json an early one"]
-        assert server.dropped() >= 2
-        assert server.dropped() == 0
+        assert server.count_dropped() >= 2
+        assert server.count_dropped() == 0
 
 
 def test_who_may_only_look_is_not_heard() -> None:
-    with Live(Endpoint("127.0.0.1", 0).claim(), "office", ROS, LIMIT, read_only=True) as server:
-        server.offer("/clock", CLOCK)
+    with ViewerServer(Endpoint("127.0.0.1", 0).claim(), "office", ROS, LIMIT, read_only=True) as server:
+        server.offer_topic("/clock", CLOCK)
         with viewer(server.url) as one:
             until_wanted(server, "/clock", one)
             one.publish("/r1/goal_pose", "json", b"a goal")
             said = next(told for topic, told in one.messages() if not topic and told["op"] == "status")
             assert "clientPublish" in said["message"] or said["level"] > 0
-            assert list(server.heard()) == []
+            assert list(server.take_published()) == []
 
 
 def test_a_viewer_that_never_reads_costs_nothing() -> None:
     """It reads nothing any more: the server drops what waits for it, and others get the newest."""
-    payload = layouts.transforms(0, [("map", "r1/odom", Pose(1.0, 2.0, 0.0))] * 100)
+    payload = layouts.write_transforms(0, [("map", "r1/odom", Pose(1.0, 2.0, 0.0))] * 100)
     with live() as server, viewer(server.url, "/clock") as other:
         until_wanted(server, "/clock", other)
         with viewer(server.url, "/tf_static") as slow:
             until_wanted(server, "/tf_static", slow)
             memory, sent = psutil.Process().memory_info().rss, 0
             for number in range(20 * BACKLOG):
-                server.send("/tf_static", payload, number)
+                server.send_payload("/tf_static", payload, number)
                 sent += len(payload)
-            server.send("/clock", layouts.clock(5 * 10**9), 5 * 10**9)
+            server.send_payload("/clock", layouts.write_clock(5 * 10**9), 5 * 10**9)
             assert other.until("/clock").clock.sec == 5
             assert psutil.Process().memory_info().rss - memory < sent / 4, "far less than was sent"
 
@@ -125,6 +125,6 @@ def test_a_port_in_use_is_an_error() -> None:
             Endpoint("127.0.0.1", port).claim()
         with (
             pytest.raises(ConfigError, match=f"port {port} on 127.0.0.1: expected to serve there, got: .*in use"),
-            Live(Endpoint("127.0.0.1", port), "office", ROS, LIMIT),
+            ViewerServer(Endpoint("127.0.0.1", port), "office", ROS, LIMIT),
         ):
             pass

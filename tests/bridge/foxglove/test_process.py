@@ -88,7 +88,7 @@ def at(odometry: object) -> tuple[float, float]:
     return place.x, place.y
 
 
-@pytest.mark.costs("messages in real time, until two chunks are written")
+@pytest.mark.long("a fleet with a bridge for each way to end")
 @pytest.mark.parametrize(("number", "closed"), [(signal.SIGTERM, True), (signal.SIGINT, True), (signal.SIGKILL, False)])
 def test_a_bag_is_readable_whatever_ended_the_bridge(
     tmp_runtime: Path, make_bus: MakeBus, endpoint: object, number: signal.Signals, closed: bool

@@ -12,7 +12,7 @@ from tests.launch.actors import Fleet, await_tick
 pytestmark = pytest.mark.processes
 
 
-@pytest.mark.costs("a mission in real time, eight times as fast")
+@pytest.mark.long("a whole mission")
 def test_a_mission_is_in_a_bag_from_its_first_second_to_its_last(small: Path, tmp_runtime: Path) -> None:
     record = tmp_runtime / "run.mcap"
     with Fleet(small, "--pace", "8", "--record", str(record), runtime=tmp_runtime) as fleet:
@@ -47,7 +47,7 @@ def test_a_killed_recorder_leaves_a_bag_and_the_next_one_goes_on_in_another(smal
         assert {"/map", "/tf", "/r1/scan", "/r2/odom"} <= {line.topic for line in lines_of_both(file)}
 
 
-@pytest.mark.costs("a fleet in real time")
+@pytest.mark.long("two runs")
 def test_ctrl_c_and_another_run_end_a_bag_well(small: Path, tmp_runtime: Path) -> None:
     record, second = tmp_runtime / "run.mcap", tmp_runtime / "run-run2.mcap"
     with Fleet(small, "--serve", "--record", str(record), runtime=tmp_runtime) as fleet, fleet.bus() as bus:

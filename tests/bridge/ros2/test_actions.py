@@ -4,21 +4,21 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from swarm.bridge.errand import Errand
+from swarm.bridge.errand import OrderErrand
 from swarm.bridge.ros2.actions import (
     KEPT,
     MOST,
     NAVIGATE_TO_POSE,
     NAVIGATION,
-    Action,
     CancelCode,
     Goal,
     Goals,
     GoalStatus,
-    feedback,
-    remaining,
-    result,
-    time_left,
+    RosAction,
+    estimate_time_left,
+    make_feedback,
+    make_result_fields,
+    measure_remaining_route,
 )
 from swarm.bridge.ros2.types import DISTROS, Types
 from swarm.geometry import Pose
@@ -30,7 +30,7 @@ HERE = Pose(0.0, 0.0, 0.0)
 
 def goal(number: int, at: int = 0, status: GoalStatus = GoalStatus.EXECUTING, *targets: Point) -> Goal:
     places = list(targets) or [(3.0, 4.0)]
-    errand = Errand("a", Order(id=str(number), targets=places), number, run=1)
+    errand = OrderErrand("a", Order(id=str(number), targets=places), number, run=1)
     return Goal(id=bytes([number] * 16), at=at, errand=errand, targets=places, status=status)
 
 
@@ -38,7 +38,7 @@ def known() -> Goals:
     """Return goals 1 to 3, of which 1 has ended; 3 was accepted last."""
     goals = Goals()
     for one in (goal(1, 10, GoalStatus.SUCCEEDED), goal(2, 20), goal(3, 30)):
-        goals.add(one, now=0.0)
+        goals.add_goal(one, now=0.0)
     return goals
 
 
@@ -56,35 +56,35 @@ def known() -> Goals:
     ],
 )
 def test_a_request_cancels_by_id_by_time_or_all(number: int, at: int, code: CancelCode, chosen: list[int]) -> None:
-    found, goals = known().to_cancel(bytes([number] * 16), at)
+    found, goals = known().find_goals_to_cancel(bytes([number] * 16), at)
     assert (found, [one.errand.number for one in goals]) == (code, chosen)
 
 
 def test_a_result_is_kept_for_a_while_and_not_more_than_some() -> None:
     goals = Goals()
-    goals.add(goal(1), now=0.0)
-    goals.end(goals.known[0], GoalStatus.ABORTED, "why", now=1.0)
-    goals.add(goal(2), now=1.0 + KEPT)
-    assert [one.errand.number for one in goals.known] == [1, 2]
-    goals.add(goal(3), now=1.1 + KEPT)
-    assert [one.errand.number for one in goals.known] == [2, 3], "2 has not ended"
+    goals.add_goal(goal(1), now=0.0)
+    goals.end_goal(goals.all_goals[0], GoalStatus.ABORTED, "why", now=1.0)
+    goals.add_goal(goal(2), now=1.0 + KEPT)
+    assert [one.errand.number for one in goals.all_goals] == [1, 2]
+    goals.add_goal(goal(3), now=1.1 + KEPT)
+    assert [one.errand.number for one in goals.all_goals] == [2, 3], "2 has not ended"
     for number in range(4, 4 + MOST):
-        goals.add(goal(number), now=0.0)
-        goals.end(goals.known[-1], GoalStatus.SUCCEEDED, "", now=0.0)
-    assert len(goals.known) == MOST
-    assert [one.errand.number for one in goals.open] == [2, 3]
+        goals.add_goal(goal(number), now=0.0)
+        goals.end_goal(goals.all_goals[-1], GoalStatus.SUCCEEDED, "", now=0.0)
+    assert len(goals.all_goals) == MOST
+    assert [one.errand.number for one in goals.open_goals] == [2, 3]
 
 
 def test_what_is_left_is_the_robots_own_path_and_then_lines() -> None:
     one = goal(1, 0, GoalStatus.EXECUTING, (3.0, 4.0), (3.0, 6.0), (3.0, 7.0))
-    assert remaining(one, HERE) == (5.0 + 3.0, 3), "not taken up yet"
+    assert measure_remaining_route(one, HERE) == (5.0 + 3.0, 3), "not taken up yet"
     moving = state(20, assignment=1, reached=[False] * 3, distance=6.5, activity=Activity.DRIVE)
-    one.errand.take(moving)
-    assert remaining(one, HERE) == (6.5 + 3.0, 3)
-    one.errand.take(replace(moving, target=2, reached=[True, True, False], distance=0.5))
-    assert remaining(one, HERE) == (0.5, 1)
-    one.errand.take(replace(moving, target=3, reached=[True] * 3, distance=0.0))
-    assert remaining(one, HERE) == (0.0, 0)
+    one.errand.apply_message(moving)
+    assert measure_remaining_route(one, HERE) == (6.5 + 3.0, 3)
+    one.errand.apply_message(replace(moving, target=2, reached=[True, True, False], distance=0.5))
+    assert measure_remaining_route(one, HERE) == (0.5, 1)
+    one.errand.apply_message(replace(moving, target=3, reached=[True] * 3, distance=0.0))
+    assert measure_remaining_route(one, HERE) == (0.0, 0)
 
 
 @pytest.mark.parametrize(
@@ -103,25 +103,27 @@ def test_the_time_that_is_left_is_at_the_robots_mean_speed(
 ) -> None:
     one = goal(1, 7_000_000_000)
     one.length = length
-    assert time_left(one, distance, 2.0, one.at + round(seconds * 1e9)) == expected
+    assert estimate_time_left(one, distance, 2.0, one.at + round(seconds * 1e9)) == expected
 
 
 @pytest.mark.parametrize("distro", DISTROS)
 @pytest.mark.parametrize("action", NAVIGATION, ids=[action.name for action in NAVIGATION])
-def test_a_result_is_an_answer_in_every_distribution(distro: str, action: Action) -> None:
-    ros, name = Types(distro), f"{action.get_result.type}_Response"
+def test_a_result_is_an_answer_in_every_distribution(distro: str, action: RosAction) -> None:
+    ros, name = Types(distro), f"{action.get_result_service.type}_Response"
     aborted = goal(1, 0, GoalStatus.ABORTED)
     aborted.text = "no"
     for one, expected in ((aborted, (6, action.failed, "no")), (goal(2), (2, 0, ""))):
-        read = ros.deserialize(name, ros.serialize(name, ros.make(name, **result(ros, action, one))))
+        read = ros.deserialize(
+            name, ros.serialize(name, ros.make_message(name, **make_result_fields(ros, action, one)))
+        )
         assert (read.status, read.result.error_code, read.result.error_msg) == expected
 
 
 @pytest.mark.parametrize("distro", DISTROS)
 @pytest.mark.parametrize("action", NAVIGATION, ids=[action.name for action in NAVIGATION])
-def test_feedback_is_a_message_in_every_distribution(distro: str, action: Action) -> None:
-    ros, name = Types(distro), action.feedback.type
-    made = feedback(ros, action, goal(1, 1_000_000_000), Pose(1.0, 2.0, 0.5), 2.0, 3_500_000_000)
+def test_feedback_is_a_message_in_every_distribution(distro: str, action: RosAction) -> None:
+    ros, name = Types(distro), action.feedback_topic.type
+    made = make_feedback(ros, action, goal(1, 1_000_000_000), Pose(1.0, 2.0, 0.5), 2.0, 3_500_000_000)
     read = ros.deserialize(name, ros.serialize(name, made))
     assert read.goal_id.uuid.tobytes() == bytes([1] * 16)
     said = read.feedback
@@ -134,9 +136,9 @@ def test_feedback_is_a_message_in_every_distribution(distro: str, action: Action
 def test_the_bytes_of_a_goal_and_of_an_answer() -> None:
     """Written by hand from the rules of XCDR1: each value is aligned to its size, counted after the first 4 bytes."""
     ros = Types("jazzy")
-    taken = ros.make("builtin_interfaces/msg/Time", sec=2, nanosec=3)
-    name = NAVIGATE_TO_POSE.send_goal.type
-    answer = ros.make(f"{name}_Response", accepted=True, stamp=taken)
+    taken = ros.make_message("builtin_interfaces/msg/Time", sec=2, nanosec=3)
+    name = NAVIGATE_TO_POSE.send_goal_service.type
+    answer = ros.make_message(f"{name}_Response", accepted=True, stamp=taken)
     assert ros.serialize(f"{name}_Response", answer).hex(" ", 4) == "00010000 01000000 02000000 03000000"
     payload = (
         b"\x00\x01\x00\x00" + bytes(range(16))  # goal_id

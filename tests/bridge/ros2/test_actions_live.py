@@ -127,7 +127,7 @@ def test_what_cannot_be_a_goal_is_refused_and_counted(small: Path, tmp_runtime: 
             assert reply.ok.payload.to_bytes() == b"\x00\x01\x00\x00\x03\x00\x00\x00\x07\x00\x00\x00active\x00"
 
 
-@pytest.mark.costs("a robot drives to two goals in real time")
+@pytest.mark.long("a fleet with a bridge drives to two goals")
 def test_a_newer_goal_of_another_client_aborts_the_older(small: Path, tmp_runtime: Path, endpoint: Endpoint) -> None:
     with (
         bridged(small, tmp_runtime, endpoint) as seen,
@@ -153,7 +153,7 @@ def test_a_newer_goal_of_another_client_aborts_the_older(small: Path, tmp_runtim
         assert one.result(third).get(Result).status == ABORTED, "somebody of the fleet has other wishes"
 
 
-@pytest.mark.costs("a robot drives to a goal in real time")
+@pytest.mark.long("a fleet with a bridge drives to a goal")
 def test_a_client_that_dies_leaves_its_goal_under_way_and_another_gets_the_result(
     small: Path, tmp_runtime: Path, endpoint: Endpoint
 ) -> None:
@@ -204,7 +204,7 @@ def test_no_goal_hangs_when_the_fleet_starts_again_or_the_bridge_ends(
         assert seen.bridge.end() == 0
 
 
-@pytest.mark.costs("a robot drives to a goal in real time")
+@pytest.mark.long("a fleet with a bridge drives to a goal")
 def test_a_fleet_adapter_for_ros2dds_sees_the_same_without_attachments(
     small: Path, tmp_runtime: Path, endpoint: Endpoint
 ) -> None:
@@ -231,7 +231,7 @@ def test_a_fleet_adapter_for_ros2dds_sees_the_same_without_attachments(
             assert client.await_status(second, SUCCEEDED)[-1] == SUCCEEDED
 
 
-@pytest.mark.costs("a robot drives to a goal, and the bridge starts twice")
+@pytest.mark.long("a fleet, a bridge and a router that are killed")
 def test_a_goal_outlives_the_router_of_ros_but_not_a_bridge_that_is_killed(small: Path, tmp_runtime: Path) -> None:
     """What a client waits for ends with its router, or with the bridge; then it asks again."""
     place = Endpoint("127.0.0.1", 0).claim()

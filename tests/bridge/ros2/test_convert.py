@@ -10,11 +10,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec import structs
 
-from dashboard.fold import naming, palette
+from dashboard.fold import palette, phrases
 from swarm.bridge.cdr import health
 from swarm.bridge.ros2 import topics
-from swarm.bridge.ros2.beams import FIRST, STEP, beams
-from swarm.bridge.ros2.convert import Converter, Said
+from swarm.bridge.ros2.beams import FIRST, STEP, build_beam_layout
+from swarm.bridge.ros2.convert import Converter, RosMessage
 from swarm.bridge.ros2.topics import RosTopic
 from swarm.bridge.ros2.types import Types
 from swarm.errors import PeerError
@@ -54,11 +54,11 @@ class Read(NamedTuple):
 
 def converter(*, joined: bool = False, unwanted: frozenset[RosTopic] = frozenset()) -> Converter:
     made = Converter(joined=joined, wants=lambda robot, topic: topic not in unwanted)
-    made.show(NAMES)
+    made.set_namespaces(NAMES)
     return made
 
 
-def read(found: Iterable[Said]) -> list[Read]:
+def read(found: Iterable[RosMessage]) -> list[Read]:
     """Return messages as ROS reads them; rosbags writes the same bytes."""
     messages = [Read(one.robot, one.topic, ROS.deserialize(one.topic.type, one.payload)) for one in found]
     assert [ROS.serialize(one.topic.type, one.message) for one in messages] == [one.payload for one in found]
@@ -71,8 +71,8 @@ def said(
     """Return what a message is in ROS, to who has been told others before."""
     made = converter(joined=joined)
     for one in before:
-        list(made.converted(one, "", settings, AT))
-    return read(list(made.converted(message, robot, settings, AT)))
+        list(made.convert_message(one, "", settings, AT))
+    return read(list(made.convert_message(message, robot, settings, AT)))
 
 
 def only(found: list[Read], topic: RosTopic) -> Any:  # noqa: ANN401
@@ -195,7 +195,7 @@ def test_rays_that_are_not_there_are_no_measurement() -> None:
 def test_a_ray_is_within_a_quarter_of_a_degree_of_its_beam(rays: int, side: float, wide: float, front: float) -> None:
     sensors = SensorSettings(rays=rays, side_deg=side, side_half_width_deg=wide, front_half_width_deg=front)
     angles = [angle for sector in sectors(sensors) for angle in sector]
-    fan = beams(sensors)
+    fan = build_beam_layout(sensors)
     assert (fan.places.min(), fan.places.max()) == (0, fan.width - 1)
     for angle, number in zip(angles, fan.places.tolist(), strict=True):
         assert abs(wrap(angle - (FIRST + (fan.first + number) * STEP))) <= pi / 720 + 1e-9
@@ -225,7 +225,7 @@ FLOOR: Final = Map(packed=PACKED, scenario=SCENARIO)
 def test_the_frames_that_do_not_move_hang_on_those_that_do() -> None:
     frames = {
         (one.robot, tf.header.frame_id, tf.child_frame_id)
-        for one in read(list(converter().still(AT)))
+        for one in read(list(converter().make_static_frames(AT)))
         for tf in one.message.transforms
     }
     of_fleet = {("map", f"{name}/odom") for name in ("r1", "arm_2")} | {
@@ -234,7 +234,7 @@ def test_the_frames_that_do_not_move_hang_on_those_that_do() -> None:
     }  # fmt: skip
     own = {("base_footprint", "base_link"), ("base_link", "base_scan")}
     assert frames == {("", *pair) for pair in of_fleet} | {(robot, *pair) for robot in NAMES for pair in own}
-    (one,) = converter(joined=True).still(AT)
+    (one,) = converter(joined=True).make_static_frames(AT)
     assert one.robot == "", "who shows all robots at once has one tree"
 
 
@@ -253,7 +253,7 @@ def test_what_nobody_wants_is_not_made_but_what_is_kept_is() -> None:
     found = {
         one.topic
         for message in told
-        for one in made.converted(message, "r1" if message in told[3:] else "", SETTINGS, AT)
+        for one in made.convert_message(message, "r1" if message in told[3:] else "", SETTINGS, AT)
     }
     assert found <= {topics.MAP, topics.POSE, topics.PLAN}
     assert {topics.MAP, topics.PLAN} <= found
@@ -282,11 +282,11 @@ def test_a_list_of_no_points_takes_the_last_one_away() -> None:
 
 def test_footprints_and_names_are_drawn_once_a_second_of_the_run() -> None:
     made = converter()
-    list(made.converted(FLOOR, "", SETTINGS, AT))
+    list(made.convert_message(FLOOR, "", SETTINGS, AT))
     bodies = [body("r1", 1.0, 2.0, 0.5), body("arm-2", 3.0, 2.0, 0.0)]
     told = Truth(run=0, tick=65, time=3.25, bodies=bodies)
     times = AT, AT + 10**9 - 1, AT + 10**9  # ns
-    first, *others = (read(list(made.converted(told, "", SETTINGS, at))) for at in times)
+    first, *others = (read(list(made.convert_message(told, "", SETTINGS, at))) for at in times)
     kinds = [{one.ns for one in only(found, topics.MARKERS).markers} for found in (first, *others)]
     drawn_too = {"footprints", "names"}
     assert kinds == [{"held", "joint plans"} | more for more in (drawn_too, set(), drawn_too)]
@@ -345,7 +345,7 @@ def test_a_floor_that_robots_learn_is_what_they_have_told() -> None:
         floor, broadcast(20, "r1", walls=[0, 3]), truth(20), clock(20), truth(22), clock(22),
         broadcast(23, "r1", walls=[5]), truth(24), clock(24),
     )  # fmt: skip
-    found = [read(list(made.converted(message, "", unknown, AT))) for message in told]
+    found = [read(list(made.convert_message(message, "", unknown, AT))) for message in told]
     grids = [only(some, topics.MAP) for some in found if any(one.topic is topics.MAP for one in some)]
     assert [sorted({*grid.data.tolist()}) for grid in grids] == [[-1, 100]] * 2, "unknown, and what is solid"
     assert [np.flatnonzero(grid.data == 100).tolist() for grid in grids] == [[0, 3], [0, 3, 5]]
@@ -361,6 +361,6 @@ def test_the_table_of_events_has_kinds_that_there_are() -> None:
         for file in (ROOT / top).rglob("*.py")
     )
     assert {kind for kind in health.OF_EVENT if f'"{kind}"' not in code} == set()
-    assert {kind for kind in naming.TROUBLE if kind not in health.OF_EVENT} <= {"back", "taken_up"}, (
+    assert {kind for kind in phrases.TROUBLE if kind not in health.OF_EVENT} <= {"back", "taken_up"}, (
         "what people are told"
     )

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from swarm.bridge.ros2.convert import header, posed
-from swarm.bridge.ros2.goals import GOAL_LIMIT, order_to, ordered
+from swarm.bridge.ros2.convert import make_header, make_pose_message
+from swarm.bridge.ros2.goals import GOAL_LIMIT, build_order, parse_goal
 from swarm.bridge.ros2.topics import GOAL
 from swarm.bridge.ros2.types import Types
 from swarm.errors import PeerError
@@ -18,24 +18,26 @@ ROS = Types("jazzy")
 
 
 def goal(frame: str = "map", x: float = 4.0, y: float = 3.0, yaw: float = 1.0) -> bytes:
-    message = ROS.make(GOAL.type, header=header(ROS, frame, 0), pose=posed(ROS, Pose(x, y, yaw)))
+    message = ROS.make_message(
+        GOAL.type, header=make_header(ROS, frame, 0), pose=make_pose_message(ROS, Pose(x, y, yaw))
+    )
     return ROS.serialize(GOAL.type, message)
 
 
 def test_a_goal_on_the_map_is_an_order_to_one_target() -> None:
     payload = goal()
-    assert ordered(ROS, payload, "a") == Order(id="a", targets=[(4.0, 3.0)])
+    assert parse_goal(ROS, payload, "a") == Order(id="a", targets=[(4.0, 3.0)])
     assert len(payload) <= GOAL_LIMIT
 
 
 def test_the_yaw_of_a_goal_is_heeded_if_that_is_asked_for() -> None:
-    (yaw,) = ordered(ROS, goal(), "a", turns=True).headings
+    (yaw,) = parse_goal(ROS, goal(), "a", turns=True).headings
     assert yaw == pytest.approx(1.0)
 
 
 @given(st.floats(-pi, pi))
 def test_any_yaw_comes_back(yaw: float) -> None:
-    (found,) = order_to([ROS.deserialize(GOAL.type, goal(yaw=yaw))], "a", turns=True).headings
+    (found,) = build_order([ROS.deserialize(GOAL.type, goal(yaw=yaw))], "a", turns=True).headings
     assert found is not None
     assert abs(wrap(found - yaw)) < 1e-9
 
@@ -48,9 +50,9 @@ def test_an_orientation_off_the_floor_is_refused(turn: tuple[float, float, float
     message.pose.orientation.x, message.pose.orientation.y, message.pose.orientation.z, message.pose.orientation.w = (
         turn
     )
-    assert order_to([message], "a").headings == [], "nobody asked for it"
+    assert build_order([message], "a").headings == [], "nobody asked for it"
     with pytest.raises(PeerError, match=r"pose\.orientation: expected a turn about the vertical axis"):
-        order_to([message], "a", turns=True)
+        build_order([message], "a", turns=True)
 
 
 @pytest.mark.parametrize(
@@ -65,5 +67,5 @@ def test_an_orientation_off_the_floor_is_refused(turn: tuple[float, float, float
 )
 def test_a_goal_elsewhere_is_refused(payload: bytes, said: str) -> None:
     with pytest.raises(PeerError) as refused:
-        ordered(ROS, payload, "a")
+        parse_goal(ROS, payload, "a")
     assert str(refused.value) == said

@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from swarm.bridge.ros2.node_services import BOOL, FIXED, NOT_SET, WITH_STATE, answer, services
+from swarm.bridge.ros2.node_services import BOOL, FIXED, NOT_SET, WITH_STATE, list_services, make_answer_fields
 from swarm.bridge.ros2.types import DISTROS, Types
 
 KNOWN = {"use_sim_time": True}
@@ -12,20 +12,22 @@ NAMES = ["use_sim_time", "other"]
 
 
 def parameter(ros: Types, name: str) -> Any:  # noqa: ANN401
-    (get,) = [one for one in services("n") if one.name == "n/get_parameters"]
-    request = ros.make(f"{get.type}_Request", names=[name])
-    (value,) = answer(ros, get, request, KNOWN)["values"]
-    return ros.make("rcl_interfaces/msg/Parameter", name=name, value=value)
+    (get,) = [one for one in list_services("n") if one.name == "n/get_parameters"]
+    request = ros.make_message(f"{get.type}_Request", names=[name])
+    (value,) = make_answer_fields(ros, get, request, KNOWN)["values"]
+    return ros.make_message("rcl_interfaces/msg/Parameter", name=name, value=value)
 
 
 def asked(ros: Types, name: str, **fields: Any) -> Any:  # noqa: ANN401
     """Return the answer to a request after both have been bytes."""
     node = name.split("/")[0]
-    (service,) = [one for one in services(node) if one.name == name]
+    (service,) = [one for one in list_services(node) if one.name == name]
     kind = f"{service.type}_Request"
-    request = ros.deserialize(kind, ros.serialize(kind, ros.make(kind, **fields)))
+    request = ros.deserialize(kind, ros.serialize(kind, ros.make_message(kind, **fields)))
     kind = f"{service.type}_Response"
-    return ros.deserialize(kind, ros.serialize(kind, ros.make(kind, **answer(ros, service, request, KNOWN))))
+    return ros.deserialize(
+        kind, ros.serialize(kind, ros.make_message(kind, **make_answer_fields(ros, service, request, KNOWN)))
+    )
 
 
 @pytest.mark.parametrize("distro", DISTROS)

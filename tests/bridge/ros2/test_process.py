@@ -123,7 +123,7 @@ def of_robot(name: str) -> set[str]:
     return {f"%{name}%{topic}" for topic in OF_ROBOT}
 
 
-@pytest.mark.costs("a robot drives to a goal in real time")
+@pytest.mark.long("two routers and a fleet")
 def test_ros_on_its_own_router_sees_the_fleet_and_sends_a_robot(
     small: Path, tmp_runtime: Path, endpoint: Endpoint
 ) -> None:
@@ -272,6 +272,7 @@ def test_robots_of_which_the_run_knows_no_more_are_withdrawn_and_namesakes_are_t
             assert "%real" not in gone, "it was left out, since ROS has it already"
 
 
+@pytest.mark.long("a whole mission")
 def test_the_launcher_starts_the_bridge_and_starts_it_again(small: Path, tmp_runtime: Path) -> None:
     with Fleet(small, "--serve", "--bridge", "ros2", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
         fleet.await_all(bus)

@@ -14,9 +14,9 @@ TIME = "builtin_interfaces/msg/Time"
 
 
 def test_a_message_is_serialized_as_ros_does_it() -> None:
-    moment = ROS.make(TIME, sec=2, nanosec=500)
+    moment = ROS.make_message(TIME, sec=2, nanosec=500)
     assert ROS.serialize(TIME, moment).hex(" ", 4) == "00010000 02000000 f4010000"
-    text = ROS.make("std_msgs/msg/String", data="Hi")
+    text = ROS.make_message("std_msgs/msg/String", data="Hi")
     assert ROS.serialize("std_msgs/msg/String", text) == CDR_HEADER + b"\x03\x00\x00\x00Hi\x00"
 
 

@@ -8,11 +8,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from xxhash import xxh3_128_digest
 
-from swarm.bridge.names import namespaces
+from swarm.bridge.names import assign_namespaces
 from swarm.bridge.ros2.interfaces import ActionText, ServiceText
 from swarm.bridge.ros2.topics import HEARD, MAP, ODOMETRY, OF_FLEET, OF_ROBOT, RosService
 from swarm.bridge.ros2.types import DISTROS, Types
-from swarm.bridge.ros2.wire import Dialect, EndpointKind, Node, RosEndpoint, attachment
+from swarm.bridge.ros2.wire import Dialect, EndpointKind, RosEndpoint, RosNode, pack_attachment
 from swarm.cli.bridge import ros2
 from swarm.errors import PeerError
 
@@ -40,25 +40,25 @@ HASHES: Final = {
     "visualization_msgs/msg/MarkerArray":  "86cb8800b6fb05b5eff1abd7a56f62a5641d3ae9a1c29e78e67e704f1d067dcf",
 }
 # fmt: on
-FLEET: Final = Node(domain=0, session="abc", number=0, namespace="/")
-R1: Final = Node(domain=7, session="abc", number=4, namespace="/r1")
+FLEET: Final = RosNode(domain=0, session="abc", number=0, namespace="/")
+R1: Final = RosNode(domain=7, session="abc", number=4, namespace="/r1")
 
 
 @pytest.mark.parametrize("distro", DISTROS)
 @pytest.mark.parametrize("name", HASHES)
 def test_the_hash_of_a_type_is_that_of_others(distro: str, name: str) -> None:
-    assert Types(distro).hash(name) == f"RIHS01_{HASHES[name]}"
+    assert Types(distro).type_hash(name) == f"RIHS01_{HASHES[name]}"
 
 
 def test_the_hash_of_a_service_or_an_action_is_that_of_others() -> None:
     """AddTwoInts is in rmw_zenoh's docs/design.md, Fibonacci in the tests of hiroz."""
     made = Types("jazzy")
     made.add_service("example_interfaces/srv/AddTwoInts", ServiceText("int64 a\nint64 b", "int64 sum"))
-    found = made.hash("example_interfaces/srv/AddTwoInts")
+    found = made.type_hash("example_interfaces/srv/AddTwoInts")
     assert found == "RIHS01_e118de6bf5eeb66a2491b5bda11202e7b68f198d6f67922cf30364858239c81a"
     parts = ActionText("int32 order", "int32[] sequence", "int32[] partial_sequence")
     made.add_action("action_tutorials_interfaces/action/Fibonacci", parts)
-    found = made.hash("action_tutorials_interfaces/action/Fibonacci_GetResult")
+    found = made.type_hash("action_tutorials_interfaces/action/Fibonacci_GetResult")
     assert found == "RIHS01_8b47e383f1e31f6d8df6417ab54957e7d5ea24dad315646ad711ac3fdea81d58"
 
 
@@ -69,7 +69,7 @@ FEEDBACK: Final = {  # of NavigateToPose's feedback message, the first digits as
 
 @pytest.mark.parametrize("distro", DISTROS)
 def test_feedback_differs_between_distributions(distro: str) -> None:
-    found = Types(distro).hash("nav2_msgs/action/NavigateToPose_FeedbackMessage")
+    found = Types(distro).type_hash("nav2_msgs/action/NavigateToPose_FeedbackMessage")
     assert found.startswith(f"RIHS01_{FEEDBACK[distro]}")
 
 
@@ -88,11 +88,11 @@ def test_a_node_has_a_token() -> None:
 
 
 def test_a_publisher_and_a_subscriber_have_a_key_and_a_token() -> None:
-    assert R1.endpoint(5, EndpointKind.PUBLISHER, ODOMETRY, "RIHS01_12") == RosEndpoint(
+    assert R1.make_endpoint(5, EndpointKind.PUBLISHER, ODOMETRY, "RIHS01_12") == RosEndpoint(
         key="7/r1/odom/nav_msgs::msg::dds_::Odometry_/RIHS01_12",
         token="@ros2_lv/7/abc/4/5/MP/%/%r1/swarm_bridge/%r1%odom/nav_msgs::msg::dds_::Odometry_/RIHS01_12/::,10:,:,:,,",
     )
-    assert FLEET.endpoint(1, EndpointKind.SUBSCRIBER, MAP, "RIHS01_34") == RosEndpoint(
+    assert FLEET.make_endpoint(1, EndpointKind.SUBSCRIBER, MAP, "RIHS01_34") == RosEndpoint(
         key="0/map/nav_msgs::msg::dds_::OccupancyGrid_/RIHS01_34",
         token="@ros2_lv/0/abc/0/1/MS/%/%/swarm_bridge/%map/nav_msgs::msg::dds_::OccupancyGrid_/RIHS01_34/:1:,1:,:,:,,",
     )
@@ -100,7 +100,7 @@ def test_a_publisher_and_a_subscriber_have_a_key_and_a_token() -> None:
 
 def test_a_service_has_a_key_and_a_token() -> None:
     service = RosService("navigate_to_pose/_action/cancel_goal", "action_msgs/srv/CancelGoal")
-    assert R1.endpoint(6, EndpointKind.SERVICE, service, "RIHS01_56") == RosEndpoint(
+    assert R1.make_endpoint(6, EndpointKind.SERVICE, service, "RIHS01_56") == RosEndpoint(
         key="7/r1/navigate_to_pose/_action/cancel_goal/action_msgs::srv::dds_::CancelGoal_/RIHS01_56",
         token="@ros2_lv/7/abc/4/6/SS/%/%r1/swarm_bridge/%r1%navigate_to_pose%_action%cancel_goal/"
         "action_msgs::srv::dds_::CancelGoal_/RIHS01_56/::,10:,:,:,,",
@@ -108,32 +108,32 @@ def test_a_service_has_a_key_and_a_token() -> None:
 
 
 def test_an_answer_has_the_number_and_the_gid_of_its_request() -> None:
-    endpoint = R1.endpoint(6, EndpointKind.SERVICE, RosService("ask", "a/srv/B"), "RIHS01_56")
-    request = attachment(9, 1, bytes(range(16)))
-    assert endpoint.answering(request, 7) == attachment(9, 7, bytes(range(16)))
+    endpoint = R1.make_endpoint(6, EndpointKind.SERVICE, RosService("ask", "a/srv/B"), "RIHS01_56")
+    request = pack_attachment(9, 1, bytes(range(16)))
+    assert endpoint.make_answer_attachment(request, 7) == pack_attachment(9, 7, bytes(range(16)))
     for bad in (None, b"", request[:-1], request[:16] + b"\x0f" + request[17:]):
         with pytest.raises(PeerError, match="expected an attachment of 33 bytes"):
-            endpoint.answering(bad, 7)
+            endpoint.make_answer_attachment(bad, 7)
 
 
 def test_in_the_dialect_of_ros2dds_a_key_is_the_name_and_nothing_is_attached() -> None:
     node = replace(R1, dialect=Dialect.ROS2DDS)
     assert node.token is None
-    endpoint = node.endpoint(5, EndpointKind.PUBLISHER, ODOMETRY, "RIHS01_12")
+    endpoint = node.make_endpoint(5, EndpointKind.PUBLISHER, ODOMETRY, "RIHS01_12")
     assert endpoint == RosEndpoint(key="r1/odom", token=None)
-    assert (endpoint.attached(1, 2), endpoint.answering(None, 2)) == (None, None)
-    assert replace(FLEET, dialect=Dialect.ROS2DDS).endpoint(1, EndpointKind.PUBLISHER, MAP, "").key == "map"
+    assert (endpoint.make_attachment(1, 2), endpoint.make_answer_attachment(None, 2)) == (None, None)
+    assert replace(FLEET, dialect=Dialect.ROS2DDS).make_endpoint(1, EndpointKind.PUBLISHER, MAP, "").key == "map"
 
 
 def test_a_gid_is_the_digest_of_the_token_from_its_low_end() -> None:
     """The canonical form of XXH3-128 is big-endian; rmw_zenoh copies the two halves of the number as they are."""
-    endpoint = R1.endpoint(5, EndpointKind.PUBLISHER, ODOMETRY, "RIHS01_12")
+    endpoint = R1.make_endpoint(5, EndpointKind.PUBLISHER, ODOMETRY, "RIHS01_12")
     assert endpoint.token is not None
     assert endpoint.gid == xxh3_128_digest(endpoint.token.encode())[::-1]
 
 
 def test_an_attachment_is_33_bytes() -> None:
-    attached = attachment(1, 0x0102030405060708, bytes(range(16)))
+    attached = pack_attachment(1, 0x0102030405060708, bytes(range(16)))
     assert attached.hex(" ", 8) == "01 0000000000000008 0706050403020110 0001020304050607 08090a0b0c0d0e0f"
 
 
@@ -143,7 +143,7 @@ NAMES: Final = st.text("abR09_.:-", min_size=1, max_size=8)
 @given(st.lists(NAMES, unique=True, max_size=8))
 def test_each_robot_has_a_namespace_of_its_own_that_ros_takes_or_is_told_why_not(robots: list[str]) -> None:
     """Names of ROS: https://design.ros2.org/articles/topic_and_service_names.html."""
-    given_to, refused = namespaces(robots)
+    given_to, refused = assign_namespaces(robots)
     assert sorted([*given_to, *refused]) == sorted(robots)
     assert len(set(given_to.values())) == len(given_to)
     assert set(refused.values()) <= given_to.keys()

@@ -8,10 +8,10 @@ from typing import NoReturn
 
 import pytest
 
-from swarm.installed import without
+from swarm.installation import hint_for_extra
 from tests.bridge.vda5050.brokers import Broker
 
-LACKS = without("vda5050")
+LACKS = hint_for_extra("vda5050")
 MASTER = "test_process.py"  # the file that needs a master of others
 LACKS_MASTER = None if find_spec("vda5050") else "vda5050-sdk is not installed: pip install 'vda5050-sdk[mqtt]'"
 

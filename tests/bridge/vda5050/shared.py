@@ -52,8 +52,8 @@ def actions_of(*kinds: str, robot: str = "r1") -> dict[str, Any]:
 
 
 def taken(order: dict[str, Any]) -> vda.Order:
-    return vda.decoded(json.dumps(order).encode(), vda.Order)
+    return vda.decode_message(json.dumps(order).encode(), vda.Order)
 
 
 def heard(actions: dict[str, Any]) -> list[vda.Action]:
-    return vda.decoded(json.dumps(actions).encode(), vda.InstantActions).actions
+    return vda.decode_message(json.dumps(actions).encode(), vda.InstantActions).actions

@@ -41,7 +41,7 @@ def changed(order: dict[str, Any], path: tuple[str | int, ...], value: object) -
 
 def refusal(payload: bytes, kind: type[Any] = vda.Order) -> str:
     with pytest.raises(PeerError) as caught:
-        vda.decoded(payload, kind)
+        vda.decode_message(payload, kind)
     return str(caught.value)
 
 
@@ -78,7 +78,7 @@ def test_what_is_no_order_is_one_sentence(payload: bytes, said: str) -> None:
 
 @given(st.binary(max_size=200))
 def test_any_bytes_are_refused_or_read(payload: bytes) -> None:
-    vda.references(payload)
+    vda.find_references(payload)
     for kind in (vda.Order, vda.InstantActions):
         assert refusal(payload, kind)
 
@@ -86,15 +86,15 @@ def test_any_bytes_are_refused_or_read(payload: bytes) -> None:
 @given(paths, values)
 def test_any_value_anywhere_is_refused_or_read(path: tuple[str | int, ...], value: object) -> None:
     payload = packed(changed(PLAIN, path, value))
-    for reference in vda.references(payload):
+    for reference in vda.find_references(payload):
         assert len(reference.reference_value) <= vda.MOST_ID
     with suppress(PeerError):
-        vda.decoded(payload, vda.Order)
+        vda.decode_message(payload, vda.Order)
 
 
 def test_a_message_that_is_refused_says_what_it_is_as_far_as_it_can_be_read() -> None:
     def names(payload: bytes) -> dict[str, str]:
-        return {one.reference_key: one.reference_value for one in vda.references(payload)}
+        return {one.reference_key: one.reference_value for one in vda.find_references(payload)}
 
     assert names(packed(PLAIN | {"nodes": 3})) == {"headerId": "0", "orderId": "o1", "orderUpdateId": "0"}
     assert names(packed({"orderId": ["o1"], "headerId": "x" * 500})) == {"headerId": "x" * vda.MOST_ID}
@@ -104,11 +104,11 @@ def test_a_message_that_is_refused_says_what_it_is_as_far_as_it_can_be_read() ->
 @pytest.mark.parametrize("omit", ["zoneSetId", "theta"])
 def test_null_is_as_good_as_nothing(omit: str) -> None:
     order = changed(PLAIN, (omit,) if omit == "zoneSetId" else ("nodes", 0, "nodePosition", omit), None)
-    assert vda.decoded(packed(order), vda.Order) == vda.decoded(packed(PLAIN), vda.Order)
+    assert vda.decode_message(packed(order), vda.Order) == vda.decode_message(packed(PLAIN), vda.Order)
 
 
 def test_actions_are_read_and_their_parameters_left_alone() -> None:
     said: dict[str, Any] = actions_of("startPause#7")
     said["actions"][0]["actionParameters"] = [{"key": "any", "value": {"nested": [1, None]}}]
-    (action,) = vda.decoded(packed(said), vda.InstantActions).actions
+    (action,) = vda.decode_message(packed(said), vda.InstantActions).actions
     assert (action.action_type, action.action_id) == ("startPause", "7")

@@ -8,23 +8,23 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from swarm.bridge.vda5050 import messages as vda
-from swarm.bridge.vda5050.orders import Ahead, Floor, Place, judged
+from swarm.bridge.vda5050.orders import OrderNode, VehicleOrder, VehiclePosition, judge_order
 from swarm.geometry import Pose
 from tests.bridge.vda5050.shared import order_of, taken
 
-FLOOR = Floor(Pose(1.0, 2.0, 0.0), "map", 0.4)
+FLOOR = VehiclePosition(Pose(1.0, 2.0, 0.0), "map", 0.4)
 A, B, C, D = ("A", 1.0, 2.0), ("B", 5.0, 2.0), ("C", 5.0, 6.0), ("D", 1.0, 6.0)
-DONE = Ahead("o0", 3, Place("Z", 8))
+DONE = VehicleOrder("o0", 3, OrderNode("Z", 8))
 
 
-def took(order: dict[str, Any], now: Ahead = DONE, floor: Floor = FLOOR) -> Ahead:
-    verdict = judged(taken(order), now, floor)
-    assert isinstance(verdict, Ahead), verdict
+def took(order: dict[str, Any], now: VehicleOrder = DONE, floor: VehiclePosition = FLOOR) -> VehicleOrder:
+    verdict = judge_order(taken(order), now, floor)
+    assert isinstance(verdict, VehicleOrder), verdict
     return verdict
 
 
-def refused(order: dict[str, Any], now: Ahead = DONE, floor: Floor = FLOOR) -> tuple[str, str]:
-    verdict = judged(taken(order), now, floor)
+def refused(order: dict[str, Any], now: VehicleOrder = DONE, floor: VehiclePosition = FLOOR) -> tuple[str, str]:
+    verdict = judge_order(taken(order), now, floor)
     assert isinstance(verdict, vda.Error)
     assert verdict.error_level == "WARNING"
     names = {one.reference_key: one.reference_value for one in verdict.error_references}
@@ -32,25 +32,25 @@ def refused(order: dict[str, Any], now: Ahead = DONE, floor: Floor = FLOOR) -> t
     return verdict.error_type, verdict.error_description
 
 
-def ahead(one: Ahead) -> list[str]:
+def ahead(one: VehicleOrder) -> list[str]:
     return [node.node_id for node in one.nodes]
 
 
-def base(one: Ahead) -> list[str]:
+def base(one: VehicleOrder) -> list[str]:
     return [node.node_id for node in one.base]
 
 
 HALF = took(order_of(A, B, C, released=2))  # C is in the horizon
-ON_B = HALF.at(HALF.nodes[0])
+ON_B = HALF.ahead_after(HALF.nodes[0])
 
 
 def test_a_new_order_begins_where_the_vehicle_stands() -> None:
-    assert HALF.last == Place("A", 0)
+    assert HALF.last == OrderNode("A", 0)
     assert (ahead(HALF), base(HALF)) == (["B", "C"], ["B"])
     assert [edge.edge_id for edge in HALF.edges] == ["A-B", "B-C"]
-    assert (ON_B.last, ahead(ON_B), [edge.edge_id for edge in ON_B.edges]) == (Place("B", 2), ["C"], ["B-C"])
+    assert (ON_B.last, ahead(ON_B), [edge.edge_id for edge in ON_B.edges]) == (OrderNode("B", 2), ["C"], ["B-C"])
     only = took(order_of(A))
-    assert (only.last, only.nodes) == (Place("A", 0), ())
+    assert (only.last, only.nodes) == (OrderNode("A", 0), ())
 
 
 @pytest.mark.parametrize(
@@ -69,7 +69,7 @@ def test_it_stands_there_within_the_deviation_but_never_less_than_it_drives_to(
 
 
 def test_the_last_node_may_begin_an_order_from_wherever_it_was_left() -> None:
-    left = DONE._replace(last=Place("far", 4))
+    left = DONE._replace(last=OrderNode("far", 4))
     far = ("far", 5.0, 5.0)
     assert ahead(took(order_of(far, B), left)) == ["far", "B"]
     said = "nodes[0] far at (5, 5): expected within 0.5 m of the vehicle, which is 5.00 m away at (1.00, 2.00), or its last node; begin where it stands"
@@ -119,13 +119,13 @@ def test_an_order_that_cannot_be_done_is_refused_with_the_standards_error(
     ],
 )  # fmt: skip
 def test_what_does_not_follow_from_what_it_has_is_refused(
-    order: dict[str, Any], now: Ahead, kind: str, said: str
+    order: dict[str, Any], now: VehicleOrder, kind: str, said: str
 ) -> None:
     assert refused(order, now) == (kind, said)
 
 
 def test_the_same_update_again_changes_nothing() -> None:
-    assert judged(taken(order_of(C, D)), HALF, FLOOR) is None
+    assert judge_order(taken(order_of(C, D)), HALF, FLOOR) is None
 
 
 def test_an_update_goes_on_from_the_end_of_the_base_and_replaces_the_horizon() -> None:
@@ -134,7 +134,7 @@ def test_an_update_goes_on_from_the_end_of_the_base_and_replaces_the_horizon() -
     assert [edge.edge_id for edge in while_it_drives.edges] == ["A-B", "B-D", "D-C"]
     while_it_waits = took(order_of(B, D, update=2, first=2), ON_B)
     assert (base(while_it_waits), ahead(while_it_waits)) == (["D"], ["D"])
-    after_its_end = took(order_of(D, A, update=3, first=4), while_it_waits.at(while_it_waits.nodes[0]))
+    after_its_end = took(order_of(D, A, update=3, first=4), while_it_waits.ahead_after(while_it_waits.nodes[0]))
     assert ahead(after_its_end) == ["A"]
 
 
@@ -163,7 +163,7 @@ def test_whatever_is_released_in_whatever_pieces_is_driven_in_order(
     while passed < len(nodes) - 1:
         more = steps.pop() if steps else len(nodes)  # nodes to release; 0: drive
         if now.base and (not more or released == len(nodes)):
-            now = now.at(now.base[0])
+            now = now.ahead_after(now.base[0])
             passed += 1
         elif more:
             start, released, update = released - 1, min(released + more, len(nodes)), update + 1

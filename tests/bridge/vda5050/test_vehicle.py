@@ -6,9 +6,9 @@ from typing import Any
 import pytest
 from msgspec import structs
 
-from swarm.bridge.errand import End, Errand, How
+from swarm.bridge.errand import OrderEnd, OrderErrand, OrderOutcome
 from swarm.bridge.vda5050 import messages as vda
-from swarm.bridge.vda5050.vehicle import Ask, Vehicle
+from swarm.bridge.vda5050.vehicle import Vehicle, WorldRequest
 from swarm.errors import PeerError
 from swarm.messages import Accepted, Activity, Liveness, Order, Phase, RobotAction, RobotDo, Seen
 from tests.bridge.vda5050.shared import actions_of, heard, order_of, taken
@@ -26,17 +26,17 @@ class Told:
     def __init__(self) -> None:
         self.vehicle = Vehicle("a", "map", SETTINGS)
         self.vehicle.take_clock(clock(run=1))
-        self.vehicle.take(state(0))
+        self.vehicle.apply_message(state(0))
         self.numbers = 0
         self.at(0.0)
 
     def at(self, x: float, speed: float = 0.0) -> None:
         body = structs.replace(truth(0).bodies[0], x=3.0 + x, left_v=speed, right_v=speed)
-        self.vehicle.take(body)
+        self.vehicle.apply_message(body)
 
     def order(self, order: dict[str, Any]) -> list[tuple[float, float]]:
         """Give an order that the world accepts; return its targets."""
-        ask = self.vehicle.order(taken(order), "fresh")
+        ask = self.vehicle.take_order(taken(order), "fresh")
         if ask is None:
             return []
         assert isinstance(ask.request, Order)
@@ -44,29 +44,29 @@ class Told:
         self.answer(ask, Accepted(text="yes", number=self.numbers, run=1))
         return list(ask.request.targets)
 
-    def answer(self, ask: Ask, answer: Accepted | PeerError) -> Errand | None:
-        return self.vehicle.answered(ask, answer)
+    def answer(self, ask: WorldRequest, answer: Accepted | PeerError) -> OrderErrand | None:
+        return self.vehicle.take_answer(ask, answer)
 
     def act(self, *kinds: str) -> list[RobotDo]:
         """Have instant actions that the world accepts; return what it was asked."""
-        asks = self.vehicle.act(heard(actions_of(*kinds)))
+        asks = self.vehicle.take_actions(heard(actions_of(*kinds)))
         for ask in asks:
             self.answer(ask, Accepted(text="yes"))
         return [ask.request.do for ask in asks if isinstance(ask.request, RobotAction)]
 
     def reaches(self, *reached: bool, **changed: Any) -> None:  # noqa: ANN401, fields of a state
-        self.vehicle.take(state(1, assignment=self.numbers, reached=list(reached), **changed))
+        self.vehicle.apply_message(state(1, assignment=self.numbers, reached=list(reached), **changed))
 
-    def ends(self, how: How, text: str = "a: order o1 is not done: so it is") -> None:
+    def ends(self, how: OrderOutcome, text: str = "a: order o1 is not done: so it is") -> None:
         assert self.vehicle.errand is not None
-        self.vehicle.ended(self.vehicle.errand, End(how, text))
+        self.vehicle.take_end(self.vehicle.errand, OrderEnd(how, text))
 
     def event(self, kind: str) -> None:
-        self.vehicle.take(structs.replace(event(1), kind=kind, robot="a"))
+        self.vehicle.apply_message(structs.replace(event(1), kind=kind, robot="a"))
 
     @property
     def said(self) -> vda.State:
-        return self.vehicle.said()
+        return self.vehicle.state_message()
 
     @property
     def ahead(self) -> list[str]:
@@ -98,12 +98,12 @@ def test_an_order_is_driven_node_by_node(told: Told) -> None:
     assert (told.said.last_node_id, told.said.last_node_sequence_id, told.ahead) == ("B", 2, ["C"])
     assert told.said.distance_since_last_node == 0.0
     assert [edge.edge_id for edge in told.said.edge_states] == ["B-C"]
-    told.ends(How.DONE)
+    told.ends(OrderOutcome.DONE)
     assert (told.said.order_id, told.said.last_node_id, told.ahead, told.errors) == ("o1", "C", [], [])
 
 
 def test_the_name_of_the_order_in_the_fleet_is_the_masters_as_far_as_it_is_allowed(told: Told) -> None:
-    ask = told.vehicle.order(taken(order_of(A, B, order_id="Füllen / 7 " + "x" * 100, update=2)), "0badcafe")
+    ask = told.vehicle.take_order(taken(order_of(A, B, order_id="Füllen / 7 " + "x" * 100, update=2)), "0badcafe")
     assert ask is not None
     assert ask.request == Order(id="F_llen___7_" + "x" * 39 + ".0badcafe", update=2, targets=[(5.0, 2.0)])
 
@@ -111,7 +111,7 @@ def test_the_name_of_the_order_in_the_fleet_is_the_masters_as_far_as_it_is_allow
 def test_the_angles_of_nodes_are_headings_of_the_order(told: Told) -> None:
     order = order_of(A, B, C)
     order["nodes"][2]["nodePosition"]["theta"] = 3.1415927  # pi in single precision, which is more
-    ask = told.vehicle.order(taken(order), "0badcafe")
+    ask = told.vehicle.take_order(taken(order), "0badcafe")
     assert ask is not None
     assert isinstance(ask.request, Order)
     first, second = ask.request.headings
@@ -131,7 +131,7 @@ def test_an_update_that_releases_more_drives_to_what_is_left_and_what_is_new(tol
     first = told.vehicle.errand
     assert first is not None
     assert told.order(order_of(B, C, D, update=1, first=2, released=3)) == [(5.0, 2.0), (5.0, 6.0), (1.0, 6.0)]
-    told.vehicle.ended(first, End(How.REPLACED, "by the update"))
+    told.vehicle.take_end(first, OrderEnd(OrderOutcome.REPLACED, "by the update"))
     assert (told.ahead, told.errors, told.said.new_base_request) == (["B", "C", "D"], [], False)
     told.reaches(True, True, False)
     assert told.ahead == ["D"]
@@ -142,12 +142,12 @@ def test_an_update_that_changes_the_horizon_only_does_not_disturb_the_robot(told
     before = told.vehicle.errand
     assert told.order(order_of(B, D, update=1, first=2, released=1)) == []
     assert (told.ahead, told.vehicle.errand, told.said.order_update_id) == (["B", "D"], before, 1)
-    told.ends(How.DONE)
+    told.ends(OrderOutcome.DONE)
     assert (told.ahead, told.said.new_base_request, told.said.last_node_id) == (["D"], True, "B")
 
 
 def test_what_the_world_refuses_is_an_error_until_an_order_is_accepted(told: Told) -> None:
-    ask = told.vehicle.order(taken(ROUTE), "fresh")
+    ask = told.vehicle.take_order(taken(ROUTE), "fresh")
     assert ask is not None
     assert told.answer(ask, PeerError("order of a: target 1 at (5.0, 2.0): in a wall")) is None
     assert told.errors == [("orderError", "order of a: target 1 at (5.0, 2.0): in a wall")]
@@ -159,7 +159,7 @@ def test_what_the_world_refuses_is_an_error_until_an_order_is_accepted(told: Tol
 
 
 def test_a_message_that_cannot_be_read_is_an_error_with_what_it_says_of_itself(told: Told) -> None:
-    told.vehicle.refuse("order", b'{"orderId": "o9"}', PeerError("it lacks all"))
+    told.vehicle.refuse_message("order", b'{"orderId": "o9"}', PeerError("it lacks all"))
     (error,) = told.said.errors
     assert (error.error_type, error.error_level, error.error_description) == (
         "validationError",
@@ -171,12 +171,22 @@ def test_a_message_that_cannot_be_read_is_an_error_with_what_it_says_of_itself(t
         "orderId": "o9",
     }
     for number in range(50):
-        told.vehicle.refuse("order", b"", PeerError(str(number)))
+        told.vehicle.refuse_message("order", b"", PeerError(str(number)))
     assert [text for _, text in told.errors] == [f"order: {number}" for number in range(40, 50)]
 
 
-@pytest.mark.parametrize("how", [How.REPLACED, How.CANCELLED, How.GIVEN_UP, How.AGAIN, How.OVER, How.ALONE])
-def test_an_order_that_ends_undone_is_dropped_with_an_error(told: Told, how: How) -> None:
+@pytest.mark.parametrize(
+    "how",
+    [
+        OrderOutcome.REPLACED,
+        OrderOutcome.CANCELLED,
+        OrderOutcome.GIVEN_UP,
+        OrderOutcome.AGAIN,
+        OrderOutcome.OVER,
+        OrderOutcome.ALONE,
+    ],
+)
+def test_an_order_that_ends_undone_is_dropped_with_an_error(told: Told, how: OrderOutcome) -> None:
     told.order(ROUTE)
     told.ends(how)
     assert (told.ahead, told.said.edge_states, told.said.order_id) == ([], (), "o1")
@@ -185,7 +195,7 @@ def test_an_order_that_ends_undone_is_dropped_with_an_error(told: Told, how: How
 
 def test_a_run_that_is_started_again_drops_what_waited_for_its_horizon_too(told: Told) -> None:
     told.order(order_of(A, B, C, released=2))
-    told.ends(How.DONE)
+    told.ends(OrderOutcome.DONE)
     told.vehicle.take_clock(clock(run=2))
     assert (told.ahead, told.said.last_node_id) == ([], "")
     assert told.errors == [("orderError", "the run was started again, without it")]
@@ -199,14 +209,14 @@ def test_the_order_of_a_lost_robot_waits_for_whoever_takes_its_place(told: Told)
     lost.presence["a"] = Seen(Liveness.LOST, 1.0)
     told.vehicle.take_clock(lost)
     errand = told.vehicle.errand
-    told.ends(How.LOST)
+    told.ends(OrderOutcome.LOST)
     assert told.ahead == ["B", "C"]
     assert [(one.error_type, one.error_level) for one in told.said.errors] == [("robotLost", "FATAL")]
     assert told.actions == {"startPause": "FAILED"}
-    assert told.vehicle.back() is None
+    assert told.vehicle.resume_order() is None
     told.vehicle.take_clock(clock(run=1))
-    assert told.vehicle.back() is errand
-    assert told.vehicle.back() is None
+    assert told.vehicle.resume_order() is errand
+    assert told.vehicle.resume_order() is None
     assert told.errors == []
 
 
@@ -230,7 +240,7 @@ def test_an_order_is_cancelled_when_the_robot_stands(told: Told) -> None:
     assert told.act("cancelOrder#7") == [RobotDo.CANCEL]
     assert (told.actions, told.ahead) == ({"7": "RUNNING"}, ["B", "C"])
     assert told.act("cancelOrder#7") == [], "it is said again"
-    told.ends(How.CANCELLED)
+    told.ends(OrderOutcome.CANCELLED)
     assert (told.actions, told.ahead) == ({"7": "RUNNING"}, ["B", "C"])
     told.at(0.2)
     assert (told.actions, told.ahead, told.said.edge_states, told.errors) == ({"7": "FINISHED"}, [], (), [])
@@ -245,7 +255,7 @@ def test_an_order_is_cancelled_when_the_robot_stands(told: Told) -> None:
 
 def test_an_order_that_waits_for_its_horizon_is_cancelled_at_once(told: Told) -> None:
     told.order(order_of(A, B, C, released=2))
-    told.ends(How.DONE)
+    told.ends(OrderOutcome.DONE)
     assert told.act("cancelOrder") == []
     assert (told.actions, told.ahead) == ({"cancelOrder": "FINISHED"}, [])
 
@@ -253,7 +263,7 @@ def test_an_order_that_waits_for_its_horizon_is_cancelled_at_once(told: Told) ->
 def test_an_order_that_was_done_before_it_could_be_cancelled_is_done(told: Told) -> None:
     told.order(ROUTE)
     told.act("cancelOrder")
-    told.ends(How.DONE)
+    told.ends(OrderOutcome.DONE)
     assert (told.actions, told.said.last_node_id, told.errors) == ({"cancelOrder": "FINISHED"}, "C", [])
 
 
@@ -277,8 +287,8 @@ def test_others_pause_it_too(told: Told) -> None:
     told.at(0.1, speed=0.5)
     assert (told.said.paused, told.said.driving) == (True, False)
     late = Vehicle("a", "map", SETTINGS)
-    late.take(state(0, activity=Activity.STOPPED))
-    assert late.said().paused
+    late.apply_message(state(0, activity=Activity.STOPPED))
+    assert late.state_message().paused
 
 
 def test_requests_are_answered_and_unknown_actions_are_not_done(told: Told) -> None:
@@ -295,7 +305,7 @@ def test_requests_are_answered_and_unknown_actions_are_not_done(told: Told) -> N
 
 
 def test_an_action_that_the_world_refuses_is_not_done(told: Told) -> None:
-    (ask,) = told.vehicle.act(heard(actions_of("startPause")))
+    (ask,) = told.vehicle.take_actions(heard(actions_of("startPause")))
     told.answer(ask, PeerError("a is lost"))
     assert (told.actions, told.errors) == ({"startPause": "FAILED"}, [("instantActionError", "startPause: a is lost")])
 
@@ -309,9 +319,13 @@ def test_only_the_last_actions_that_are_over_are_told(told: Told) -> None:
 
 def test_nothing_is_taken_before_its_place_is_known() -> None:
     vehicle = Vehicle("a", "map", SETTINGS)
-    assert vehicle.order(taken(ROUTE), "fresh") is None
-    said = vehicle.said()
-    assert (said.agv_position, vehicle.shown(), [one.error_type for one in said.errors]) == (None, None, ["orderError"])
+    assert vehicle.take_order(taken(ROUTE), "fresh") is None
+    said = vehicle.state_message()
+    assert (said.agv_position, vehicle.visualization_message(), [one.error_type for one in said.errors]) == (
+        None,
+        None,
+        ["orderError"],
+    )
 
 
 def test_it_says_for_whom_it_waits_and_what_it_does_not_heed(told: Told) -> None:
@@ -326,7 +340,7 @@ def test_it_says_for_whom_it_waits_and_what_it_does_not_heed(told: Told) -> None
 
 def test_a_run_that_is_over_drops_what_waited_for_its_horizon(told: Told) -> None:
     told.order(order_of(A, B, C, released=2))
-    told.ends(How.DONE)
+    told.ends(OrderOutcome.DONE)
     told.vehicle.take_clock(clock(run=1, phase=Phase.OVER))
     assert (told.ahead, told.errors) == ([], [("orderError", "the run is over")])
 

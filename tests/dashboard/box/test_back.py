@@ -6,12 +6,12 @@ from typing import Any
 import msgspec
 import pytest
 
-from dashboard.box.moments import Moments
+from dashboard.box.tape_moments import Moments
+from swarm.blackbox.explain.clauses import as_text
+from swarm.blackbox.explain.source import open_moment_at
 from swarm.messages import ACTION, Action, Do, Truth
 from tests.dashboard.browsing import LACKS, PROGRAM, Box, browser
 from tests.launch.actors import Fleet
-from world.explain.clauses import as_text
-from world.explain.source import moment_of
 
 FLOOR = (24.0, 24.0)  # m, of scenarios/crossing.yaml
 SHOWN = """async () => {
@@ -49,6 +49,7 @@ def paused_where_one_waits(box: Box) -> str:
         box.page.wait_for_selector("html[data-phase=running]")
 
 
+@pytest.mark.long("a fleet and a browser")
 def test_click_a_robot_that_waits_go_back_in_time_and_to_live_again(tmp_runtime: Path) -> None:
     tape = tmp_runtime / "the tape.swarm"
     flags = ("--dashboard", "box", "--wait", "--serve", "--record", str(tape))
@@ -85,7 +86,7 @@ def test_click_a_robot_that_waits_go_back_in_time_and_to_live_again(tmp_runtime:
         box.page.wait_for_function(SETTLED)
         there = shown(box)
         tick = there["past"]["tick"]
-        assert msgspec.convert(there["truth"], Truth) == Moments(tape).at(tick / 20, 0).truth
+        assert msgspec.convert(there["truth"], Truth) == Moments(tape).moment_at(tick / 20, 0).truth
         for button in ("#go", "#pause", "#restart", "#stop", "#save", "[data-tool=wall]", "#one .halt"):
             assert box.page.locator(button).is_disabled(), button
         box.page.keyboard.press("r")
@@ -99,7 +100,7 @@ def test_click_a_robot_that_waits_go_back_in_time_and_to_live_again(tmp_runtime:
         box.await_text("#one h2", "r5")
         box.page.click("#one .ask")
         box.await_text("#one .causes .note", f"at {(tick - 1) / 20:.2f} s:")
-        told = [line.strip() for line in as_text(moment_of(tape, (tick - 1) / 20).why("r5")).splitlines()]
+        told = [line.strip() for line in as_text(open_moment_at(tape, (tick - 1) / 20).why("r5")).splitlines()]
         assert box.page.locator("#one .causes li:not(.note)").all_text_contents() == told
         box.await_text("#tape code", f"swarm why r5 '{tape}' --at {(tick - 1) / 20:.2f} --run 0")
 

@@ -50,6 +50,6 @@ def test_the_rules_of_selected_robots_are_those_of_the_controller(paper: Scenari
 
 
 def test_a_frame_is_json_with_the_wires_message() -> None:
-    frame = msgspec.json.decode(telling.framed("world/clock", clock(20)))
+    frame = msgspec.json.decode(telling.make_frame("world/clock", clock(20)))
     assert frame["key"] == "world/clock"
     assert frame["message"] == msgspec.json.decode(msgspec.json.encode(clock(20)))

@@ -11,25 +11,25 @@ import msgspec
 import psutil
 import pytest
 
-from dashboard.box.answering import answered
+from dashboard.box.answer_process import answer_line
 from dashboard.box.frames import JOINT, LEARNED, OVERVIEW, RULES
-from dashboard.box.moments import Moments
-from dashboard.box.past import Past
-from dashboard.box.questions import TRAILS, Answer, Question, Refusal
+from dashboard.box.questions import TRAILS, MomentAnswer, Question, QuestionRefusal
+from dashboard.box.tape_moments import Moments
+from dashboard.box.tape_process import TapeProcess
 from dashboard.fold.state import RunState
+from swarm.blackbox.explain.clauses import as_text
+from swarm.blackbox.explain.source import open_moment_at
+from swarm.blackbox.replay.replay import Replay
+from swarm.blackbox.replay.wire import Wire
 from swarm.bus import Arrival
 from swarm.cli import main
 from swarm.errors import PeerError
 from swarm.messages import CLOCK, EVENTS, MAP, PLAN, STATE, TRUTH, Phase, State, Truth
+from swarm.tape.reader import TapeFile
+from tests.blackbox.explain.recorded import Recorded
 from tests.dashboard.box.test_server import said
 from tests.launch.actors import Fleet, await_clock, await_phase
 from tests.storm.shared import plan_of
-from tests.world.explain.recorded import Recorded
-from world.explain.clauses import as_text
-from world.explain.source import moment_of
-from world.replay.replay import Replay
-from world.replay.wire import Wire
-from world.tape.reader import TapeFile
 
 TICKS: Final = 120  # of the first run on the tape
 MORE: Final = 40  # of the second
@@ -47,7 +47,7 @@ def plain(message: object) -> object:
     return msgspec.json.decode(msgspec.json.encode(message))
 
 
-def frames_of(answer: Answer) -> dict[str, Any]:
+def frames_of(answer: MomentAnswer) -> dict[str, Any]:
     found = [msgspec.json.decode(frame) for frame in answer.frames]
     return {frame["key"]: frame["message"] for frame in found}
 
@@ -79,8 +79,8 @@ LINES: Final[dict[str, tuple[bytes, Any]]] = {  # line -> what is told of it: ru
 @pytest.mark.parametrize("name", LINES)
 def test_each_line_is_answered_or_refused_with_a_sentence(name: str, tape: Path) -> None:
     line, expected = LINES[name]
-    answer = answered(Moments(tape), line)
-    if isinstance(answer, Refusal):
+    answer = answer_line(Moments(tape), line)
+    if isinstance(answer, QuestionRefusal):
         assert isinstance(expected, str), answer.refused
         assert expected in answer.refused
         return
@@ -90,12 +90,13 @@ def test_each_line_is_answered_or_refused_with_a_sentence(name: str, tape: Path)
     assert bool(answer.frames) is (text is None)
 
 
+@pytest.mark.long("a tape that is run again many times")
 def test_the_moment_goes_forward_and_back_and_the_answer_is_always_the_same(tape: Path) -> None:
     moments = Moments(tape)
     for run, tick in ((0, 60), (0, 61), (0, 61), (0, 100), (1, 30), (1, 10), (0, 30)):
         line = msgspec.json.encode(("past", "r1", Question(run=run, at=tick / 20)))
-        assert answered(moments, line) == answered(Moments(tape), line), f"tick {tick} of run {run}"
-        assert answered(moments, b'["why","r9",{}]') != answered(moments, line), "a refusal harms no later answer"
+        assert answer_line(moments, line) == answer_line(Moments(tape), line), f"tick {tick} of run {run}"
+        assert answer_line(moments, b'["why","r9",{}]') != answer_line(moments, line), "a refusal harms no later answer"
 
 
 def test_a_past_moment_has_the_frames_that_a_page_got_then(tape: Path) -> None:
@@ -105,8 +106,8 @@ def test_a_past_moment_has_the_frames_that_a_page_got_then(tape: Path) -> None:
     while replay.world.tick <= 100 and (tick := replay.step()) is not None:
         for message in wire.take(tick):
             live.take(message)
-    answer = answered(moments, b'["past","r1",{"at":5.0,"run":0}]')
-    assert isinstance(answer, Answer)
+    answer = answer_line(moments, b'["past","r1",{"at":5.0,"run":0}]')
+    assert isinstance(answer, MomentAnswer)
     frames = frames_of(answer)
     assert set(frames) == {MAP.key, CLOCK.key, TRUTH.key, PLAN.key, EVENTS.key, OVERVIEW, JOINT, LEARNED, RULES, TRAILS}
     assert msgspec.convert(frames[TRUTH.key], Truth) == live.truth
@@ -117,7 +118,7 @@ def test_a_past_moment_has_the_frames_that_a_page_got_then(tape: Path) -> None:
     for name in ("r1", "r2"):
         known = live.progress.robot(name)
         assert rows[name]["activity"] == known.activity.value
-        assert (rows[name]["heard"], rows[name]["reached"], rows[name]["stops"]) == ("alive", known.reached, 1)
+        assert (rows[name]["heard"], rows[name]["reached"], rows[name]["stops"]) == ("alive", known.reached_count, 1)
         assert rows[name]["left"] == pytest.approx(known.distance, abs=0.5)
         last, now = frames[TRAILS][name][-1], next(one for one in frames[TRUTH.key]["bodies"] if one["robot"] == name)
         assert last == pytest.approx([now["x"], now["y"]], abs=0.04)
@@ -127,8 +128,8 @@ def test_a_robot_that_does_not_answer_is_shown_as_gone(tmp_path: Path) -> None:
     recorded = Recorded(tmp_path / "run.swarm", plan_of().to_scenario(), 2)
     tape = recorded.run(40).run(40, away=["r2"]).done()
     for tick, heard in ((39, ["alive", "alive"]), (79, ["alive", "gone"])):
-        answer = answered(Moments(tape), msgspec.json.encode(("past", None, Question(at=tick / 20))))
-        assert isinstance(answer, Answer)
+        answer = answer_line(Moments(tape), msgspec.json.encode(("past", None, Question(at=tick / 20))))
+        assert isinstance(answer, MomentAnswer)
         assert [row["heard"] for row in frames_of(answer)[OVERVIEW]["robots"]] == heard
 
 
@@ -136,15 +137,15 @@ def test_a_tape_that_grows_is_opened_again_and_a_cut_one_ends_where_it_is_cut(ta
     whole, file, head = tape.read_bytes(), tmp_path / "grows.swarm", TapeFile(tape).size
     file.write_bytes(whole[: head + (len(whole) - head) // 2])
     moments = Moments(file)
-    cut = answered(moments, b'["past",null,{}]')
-    assert isinstance(cut, Answer)
+    cut = answer_line(moments, b'["past",null,{}]')
+    assert isinstance(cut, MomentAnswer)
     assert 0 < cut.at < (TICKS - 1) / 20
     later = msgspec.json.encode(("past", None, Question(run=0, at=cut.at + 0.5)))
-    refusal = answered(moments, later)
-    assert isinstance(refusal, Refusal)
+    refusal = answer_line(moments, later)
+    assert isinstance(refusal, QuestionRefusal)
     assert "the tape ends there" in refusal.refused
     file.write_bytes(whole)
-    assert answered(moments, later) == answered(Moments(tape), later)
+    assert answer_line(moments, later) == answer_line(Moments(tape), later)
 
 
 @pytest.mark.parametrize(
@@ -155,8 +156,8 @@ def test_what_is_no_tape_is_a_sentence(content: bytes | None, part: str, tmp_pat
     file = tmp_path / "no.swarm"
     if content is not None:
         file.write_bytes(content)
-    answer = answered(Moments(file), b'["past",null,{"at":1}]')
-    assert isinstance(answer, Refusal)
+    answer = answer_line(Moments(file), b'["past",null,{"at":1}]')
+    assert isinstance(answer, QuestionRefusal)
     assert part in answer.refused
 
 
@@ -166,18 +167,18 @@ NOW: Final = Question()
 
 
 @pytest.fixture
-def past(tape: Path) -> Iterator[Past]:
-    with closing(Past(tape)) as one:
+def past(tape: Path) -> Iterator[TapeProcess]:
+    with closing(TapeProcess(tape)) as one:
         yield one
 
 
 def children() -> list[psutil.Process]:
-    return [one for one in psutil.Process().children() if "dashboard.box.answering" in one.cmdline()]
+    return [one for one in psutil.Process().children() if "dashboard.box.answer_process" in one.cmdline()]
 
 
-def test_the_process_starts_with_the_first_question_and_ends_with_the_box(past: Past) -> None:
+def test_the_process_starts_with_the_first_question_and_ends_with_the_box(past: TapeProcess) -> None:
     assert children() == []
-    answer = msgspec.json.decode(past.ask("why", "r1", NOW), type=Answer)
+    answer = msgspec.json.decode(past.ask("why", "r1", NOW), type=MomentAnswer)
     assert (answer.run, round(answer.at * 20, 6)) == (1, MORE - 6)
     with pytest.raises(PeerError, match="expected one of r1, r2, got 'r9'"):
         past.ask("why", "r9", NOW)
@@ -188,7 +189,8 @@ def test_the_process_starts_with_the_first_question_and_ends_with_the_box(past: 
         past.ask("why", "r1", NOW)
 
 
-def test_a_process_that_has_died_is_replaced(past: Past) -> None:
+@pytest.mark.long("starts a process of the past twice")
+def test_a_process_that_has_died_is_replaced(past: TapeProcess) -> None:
     past.ask("why", "r1", NOW)
     (first,) = children()
     first.kill()
@@ -198,18 +200,20 @@ def test_a_process_that_has_died_is_replaced(past: Past) -> None:
     assert second.pid != first.pid
 
 
-def test_a_process_that_hangs_is_ended_and_replaced(past: Past, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.long("waits until a process counts as hung")
+def test_a_process_that_hangs_is_ended_and_replaced(past: TapeProcess, monkeypatch: pytest.MonkeyPatch) -> None:
     past.ask("why", "r1", NOW)
     (first,) = children()
     os.kill(first.pid, signal.SIGSTOP)
     with monkeypatch.context() as hasty:
-        hasty.setattr("dashboard.box.past.ANSWER", 0.1)
+        hasty.setattr("dashboard.box.tape_process.ANSWER", 0.1)
         with pytest.raises(PeerError, match=r"expected an answer within 0\.1 s, got none"):
             past.ask("why", "r1", NOW)
     assert not first.is_running()
     assert past.ask("why", "r1", NOW)
 
 
+@pytest.mark.long("a fleet is replayed")
 @pytest.mark.processes
 def test_the_past_of_a_fleet_over_http_is_what_was_told_then(
     small: Path, tmp_runtime: Path, capsys: pytest.CaptureFixture[str]
@@ -247,7 +251,7 @@ def test_the_past_of_a_fleet_over_http_is_what_was_told_then(
             capsys.readouterr()
             assert main(["why", "r2", str(tape), "--at", f"{truth.time:.2f}"]) == 0
             assert capsys.readouterr().out == f"r2 at {truth.time:.2f} s:\n{answer['text']}\n"
-            assert answer["text"] == as_text(moment_of(tape, truth.time).why("r2"))
+            assert answer["text"] == as_text(open_moment_at(tape, truth.time).why("r2"))
         status, answer = asked("/why?robot=r1")
         assert (status, answer["at"] > 80 / 20) == (200, True), "now: as far as the tape has come"
         status, answer = asked("/past", at=1e5)

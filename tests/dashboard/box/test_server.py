@@ -12,9 +12,9 @@ from typing import Any, Final
 import aiohttp
 import pytest
 
-from dashboard.box.asking import REQUESTS, Asking
-from dashboard.box.past import Past
+from dashboard.box.browser_request import REQUESTS, Asking
 from dashboard.box.server import LONGEST, Server
+from dashboard.box.tape_process import TapeProcess
 from swarm.bus import Bus, Endpoint, Request
 from swarm.errors import ConfigError, PeerError
 from swarm.messages import ACTION, ORDER, Accepted, Action, Do, Order
@@ -67,7 +67,7 @@ def fleet(make_bus: MakeBus) -> Iterator[Fleet]:
 @pytest.fixture
 def port(make_bus: MakeBus, fleet: Fleet) -> Iterator[int]:
     free = Endpoint("127.0.0.1", 0).claim().port
-    with Server(free, TOKEN, Asking(make_bus(), no_viewer, Past(None))) as server:
+    with Server(free, TOKEN, Asking(make_bus(), no_viewer, TapeProcess(None))) as server:
         server.show({"test/frame": 1})
         yield free
 
@@ -245,6 +245,6 @@ def test_a_page_that_says_garbage_is_sent_away(saying: str, port: int) -> None:
 def test_a_port_in_use_is_a_sentence(port: int, make_bus: MakeBus) -> None:
     with (
         pytest.raises(ConfigError, match=rf"box: port {port}: expected a free port"),
-        Server(port, TOKEN, Asking(make_bus(), no_viewer, Past(None))),
+        Server(port, TOKEN, Asking(make_bus(), no_viewer, TapeProcess(None))),
     ):
         pass

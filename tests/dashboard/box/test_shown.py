@@ -8,8 +8,8 @@ import pytest
 from dashboard.box import frames as telling
 from dashboard.box.process import OVERVIEW_EVERY, Page
 from dashboard.box.server import Server
+from dashboard.fleet_listener import FleetListener
 from dashboard.fold.overlays import DETAILED
-from dashboard.listening import Listener
 from swarm.bus import Link
 from swarm.messages import CLOCK, EVENTS, MAP, PLAN, TRUTH, Message
 from tests.conftest import MakeBus
@@ -22,8 +22,8 @@ class Shown:
     """Keeps what would be shown."""
 
     def __init__(self) -> None:
-        self.selected: frozenset[str] = frozenset()
-        self.watched = False
+        self.selection: frozenset[str] = frozenset()
+        self.is_watched = False
         self.frames: dict[str, Any] = {}
 
     def show(self, frames: Mapping[str, object]) -> None:
@@ -41,18 +41,18 @@ def page(make_bus: MakeBus, shown: Shown) -> Page:
 
 
 def test_only_what_is_new_is_shown(page: Page, shown: Shown) -> None:
-    assert not page.moved
+    assert not page.has_new_poses
     first = floor(Rehearsal(1))
     for message in (first, clock(5), truth(6), event(6)):
         page.take(message)
-    assert page.moved
+    assert page.has_new_poses
     page.show()
     assert set(shown.frames) == {MAP.key, CLOCK.key, TRUTH.key, EVENTS.key, PLAN.key}
     assert (shown.frames[MAP.key], shown.frames[TRUTH.key]) == (first, truth(6))
     shown.frames.clear()
     page.take(truth(5))
     page.show()
-    assert (page.moved, shown.frames) == (False, {})
+    assert (page.has_new_poses, shown.frames) == (False, {})
 
 
 def test_the_overview_comes_less_often_and_says_whether_the_box_is_connected(page: Page, shown: Shown) -> None:
@@ -70,7 +70,7 @@ def test_the_overview_comes_less_often_and_says_whether_the_box_is_connected(pag
 @pytest.mark.parametrize(
     ("selected", "plans", "rules"), [({"r2"}, ["r1"], ["r2"]), ({"nobody"}, [], []), (set(), [], None)]
 )
-def test_joint_plans_and_rules_are_those_of_selected_robots(
+def test_joint_plans_and_rules_are_those_of_selection(
     page: Page, shown: Shown, selected: set[str], plans: list[str], rules: list[str] | None
 ) -> None:
     """Robot r1 drives to its second stop, and r2 to its first, by a joint plan."""
@@ -79,7 +79,7 @@ def test_joint_plans_and_rules_are_those_of_selected_robots(
     messages += [message for tick in range(10 * RATE, 11 * RATE + 1) for _, message, _ in rehearsal.messages(tick)]
     for message in messages:
         page.take(message)
-    shown.selected = frozenset(selected)
+    shown.selection = frozenset(selected)
     page.show(last=True)
     assert [plan.leader for plan in shown.frames[telling.JOINT]] == plans
     assert all("r2" in plan.ways for plan in shown.frames[telling.JOINT])
@@ -91,7 +91,7 @@ def test_where_robots_learn_the_floor_it_is_shown(page: Page, shown: Shown) -> N
     rehearsal = Rehearsal(2)
     for message in (floor(rehearsal, known=False), rehearsal.clock(0), rehearsal.truth(0)):
         page.take(message)
-    shown.selected = frozenset({"r1"})
+    shown.selection = frozenset({"r1"})
     page.show(last=True)
     assert shown.frames[telling.LEARNED].cells == []
     assert shown.frames[telling.JOINT] == []
@@ -120,7 +120,7 @@ def test_of_a_few_robots_all_joint_plans_are_heard_while_a_browser_looks(
     for message in (floor(rehearsal), rehearsal.clock(second), rehearsal.truth(second)):
         page.take(message)
     turned: list[frozenset[str]] = []
-    monkeypatch.setattr(Listener, "turn_to", lambda listener, names: turned.append(names))
-    shown.watched, shown.selected = watched, frozenset(selected)
+    monkeypatch.setattr(FleetListener, "turn_to", lambda listener, names: turned.append(names))
+    shown.is_watched, shown.selection = watched, frozenset(selected)
     page.show(last=True)
     assert turned == [heard]

@@ -16,8 +16,8 @@ seen = pytest.mark.skipif(PROGRAM is None, reason=LACKS)
 pytestmark = pytest.mark.processes
 
 
+@pytest.mark.long("a browser, and Rerun in it")
 @seen
-@pytest.mark.costs("a browser with Rerun's viewer")
 def test_rerun_is_in_a_tab_that_starts_it_and_ends_with_the_fleet(small: Path, tmp_runtime: Path) -> None:
     flags = ("--dashboard", "box", "--wait", "--serve")
     with Fleet(small, *flags, runtime=tmp_runtime) as fleet, fleet.bus() as bus, browser() as running:
@@ -73,6 +73,7 @@ RACKS = {
 }
 
 
+@pytest.mark.long("a browser draws 10,000 walls")
 @seen
 def test_ten_thousand_walls_are_drawn_and_one_is_taken_away(tmp_runtime: Path) -> None:
     lines = floor().split()

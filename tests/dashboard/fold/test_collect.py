@@ -5,8 +5,8 @@ import itertools
 import pytest
 from msgspec.structs import replace
 
-from dashboard.fold.collect import BODIES, Batch, past, totals
-from dashboard.fold.naming import Touch, touches
+from dashboard.fold.collect import BODIES, Batch, format_totals, trip_starts
+from dashboard.fold.phrases import Touch, select_contacts
 from swarm.messages import Activity, Event, Truth
 from tests.cli.test_analyze import HALF
 from tests.dashboard.fold.test_progress import folded
@@ -24,7 +24,7 @@ UNKNOWN = touch(40, "r1", "touches wall", None)
 
 def test_a_contact_of_two_robots_is_one_touch_and_one_without_a_place_none() -> None:
     other = replace(WALLED, kind="reached")
-    assert touches([*PAIR, WALLED, UNKNOWN, other]) == [
+    assert select_contacts([*PAIR, WALLED, UNKNOWN, other]) == [
         Touch(0.5, (2.0, 3.0), "0.5 s: r1 touches robot r2"),
         Touch(1.5, (1.0, 1.5), "1.5 s: r1 touches wall"),
     ]
@@ -34,20 +34,20 @@ def test_the_totals_come_first_and_count_everybody() -> None:
     rehearsal = Rehearsal(3)
     sent = [message for tick in range(20 * RATE + 1) for _, message, _ in rehearsal.messages(tick)]
     progress = folded(*sent, *PAIR, WALLED)
-    reached = sum(progress.robot(name).reached for name in rehearsal.names)
-    assert totals(progress).startswith(f"20 s, running: {reached} of 12 targets reached (")
-    assert totals(progress).endswith("; 2 contacts")
+    reached = sum(progress.robot(name).reached_count for name in rehearsal.names)
+    assert format_totals(progress).startswith(f"20 s, running: {reached} of 12 targets reached (")
+    assert format_totals(progress).endswith("; 2 contacts")
     states = [progress.robot(name).activity for name in rehearsal.names]
-    assert f"{states.count(Activity.DRIVE)} drives" in totals(progress)
+    assert f"{states.count(Activity.DRIVE)} drives" in format_totals(progress)
     gone = replace(progress, present=frozenset({"r1"}))
-    assert "2 not heard" in totals(gone)
+    assert "2 not heard" in format_totals(gone)
 
 
 @pytest.mark.parametrize("frames", [0, 1, 7, 499, 500, 501, 2500])
 def test_thinning_keeps_the_last_frame_and_the_order(frames: int) -> None:
     bodies = Rehearsal(8).truth(0).bodies
     all_frames = [(Truth(run=0, tick=tick, time=tick / 20, bodies=bodies), [float(tick)]) for tick in range(frames)]
-    kept = Batch(frames=all_frames).thinned().frames
+    kept = Batch(frames=all_frames).thin_frames().frames
     ticks = [frame.tick for frame, _ in kept]
     assert len(ticks) * 8 <= BODIES
     assert ticks == sorted(ticks)
@@ -69,4 +69,4 @@ def test_thinning_keeps_the_last_frame_and_the_order(frames: int) -> None:
 def test_where_a_robot_drove_follows_from_when_it_was_there(
     reached: list[float | None], expected: list[tuple[float, str]]
 ) -> None:
-    assert past(replace(HALF, reached=reached), home=True) == expected
+    assert trip_starts(replace(HALF, reached=reached), home=True) == expected

@@ -3,7 +3,7 @@ from typing import Any
 import pytest
 from msgspec.structs import replace
 
-from dashboard.fold.overlays import Joint, Overlays, detailed, in_words, waits
+from dashboard.fold.overlays import Joint, Overlays, in_words, robots_in_detail, wait_arrows
 from dashboard.fold.scene import scene_of
 from swarm.messages import Activity, Body, Broadcast, Map, Steering, Truth
 from swarm.messages.traffic import Entry, Epoch, JointPlan, Record, TrafficBroadcast
@@ -35,7 +35,7 @@ def test_the_rules_told_are_those_of_the_selected_robot_or_the_first(
     paper: Scenario, selected: str | None, told: str
 ) -> None:
     truth = Truth(run=0, tick=1, time=0.05, bodies=[body("r1", left=1.6), body("r2")])
-    rules = overlays_of(paper).at(truth, selected).rules
+    rules = overlays_of(paper).overlay_at(truth, selected).rules
     assert rules.startswith(f"**{told}** drive, steering: tables")
     assert ("IF left_obs is near AND right_obs is far AND front_obs is far THEN" in rules) is (told == "r2")
 
@@ -45,7 +45,7 @@ def test_held_cells_lie_where_the_robots_hold_them(paper: Scenario) -> None:
     cells = cells_of(scenario.map, scenario.settings)
     cell = cells.cell_of(3.0, 3.0)
     bodies = [body("r1", held=[cell], waits=["r2", "gone"]), body("r2", x=9.0)]
-    drawn = overlays_of(scenario).at(Truth(run=0, tick=1, time=0.05, bodies=bodies))
+    drawn = overlays_of(scenario).overlay_at(Truth(run=0, tick=1, time=0.05, bodies=bodies))
     ((x, y, width, height),) = drawn.held["r1"]
     assert x <= 3.0 <= x + width
     assert y <= 3.0 <= y + height
@@ -54,7 +54,7 @@ def test_held_cells_lie_where_the_robots_hold_them(paper: Scenario) -> None:
 
 
 def test_nobody_waits_for_a_robot_that_is_not_there() -> None:
-    assert waits({"r1": body("r1", waits=["r9"])}) == []
+    assert wait_arrows({"r1": body("r1", waits=["r9"])}) == []
 
 
 EPOCH = Epoch(10, "r2")
@@ -138,7 +138,7 @@ def test_a_learned_floor_has_the_cells_told_lately_in_this_run(paper: Scenario) 
     overlays, (height, width) = overlays_of(paper, known=False), paper.map.shape
 
     def cells(tick: int, run: int = 0) -> list[int]:
-        learned = overlays.learned(Truth(run=run, tick=tick, time=tick / 20, bodies=[]))
+        learned = overlays.learned_floor(Truth(run=run, tick=tick, time=tick / 20, bodies=[]))
         assert learned is not None
         size = (learned.rows * learned.resolution, learned.columns * learned.resolution)
         assert size == pytest.approx((height * paper.map.resolution, width * paper.map.resolution))
@@ -157,7 +157,7 @@ def test_a_learned_floor_has_the_cells_told_lately_in_this_run(paper: Scenario) 
 def test_a_floor_that_was_given_is_not_learned(paper: Scenario) -> None:
     overlays = overlays_of(paper)
     overlays.hear(replace(said("r1", 100), walls=[7]))
-    assert overlays.at(Truth(run=0, tick=101, time=5.05, bodies=[])).learned is None
+    assert overlays.overlay_at(Truth(run=0, tick=101, time=5.05, bodies=[])).learned is None
 
 
 def test_long_orders_are_cut() -> None:
@@ -170,4 +170,4 @@ def test_long_orders_are_cut() -> None:
 )
 def test_whose_details_are_drawn(robots: int, selected: str | None, expected: int | tuple[str, ...]) -> None:
     names = tuple(f"r{number}" for number in range(1, robots + 1))
-    assert detailed(names, selected) == (names if isinstance(expected, int) else expected)
+    assert robots_in_detail(names, selected) == (names if isinstance(expected, int) else expected)

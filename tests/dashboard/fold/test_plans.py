@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dashboard.fold.plans import Followed, followed
+from dashboard.fold.plans import Followed, plans_under_way
 from swarm.messages.traffic import Entry, Epoch, JointPlan, Record
 from swarm.traffic.mapf.precedence import order_of
 
@@ -36,7 +36,7 @@ def record(robot: str, epoch: Epoch | None = EPOCH, left: int = 0, entered: int 
 
 
 def told(plan: JointPlan, *records: Record) -> list[Followed]:
-    return followed({record.robot: record for record in records}, {plan.epoch: plan})
+    return plans_under_way({record.robot: record for record in records}, {plan.epoch: plan})
 
 
 def test_a_plan_is_told_by_leader_members_ways_and_order() -> None:
@@ -75,11 +75,14 @@ def test_two_plans_are_two() -> None:
     first, second = plan_of(STEPS), plan_of([(20,), (21,)], Epoch(60, "r9"))
     second = msgspec.structs.replace(second, ways={"r9": (20, 21)})
     records = {"r1": record("r1"), "r2": record("r2"), "r9": record("r9", epoch=second.epoch)}
-    assert [plan.leader for plan in followed(records, {plan.epoch: plan for plan in (second, first)})] == ["r1", "r9"]
+    assert [plan.leader for plan in plans_under_way(records, {plan.epoch: plan for plan in (second, first)})] == [
+        "r1",
+        "r9",
+    ]
 
 
 def test_of_a_plan_never_heard_the_next_cells_are_told() -> None:
-    [plan] = followed({"r2": record("r2", held=(3, 1), ahead=(5,))}, {})
+    [plan] = plans_under_way({"r2": record("r2", held=(3, 1), ahead=(5,))}, {})
     assert plan == Followed("r1", {"r2": (3, 1, 5)}, {})
 
 

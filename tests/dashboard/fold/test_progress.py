@@ -2,7 +2,7 @@ from typing import Any
 
 import pytest
 
-from dashboard.fold import naming
+from dashboard.fold import phrases
 from dashboard.fold.progress import EVENTS_KEPT, Progress, fold
 from swarm.bus import Presence
 from swarm.messages import Activity, Clock, Event, Liveness, Message, Phase
@@ -20,7 +20,7 @@ def test_a_broadcast_says_where_a_robot_is_and_what_it_is_about() -> None:
     robot = folded(clock(), broadcast(4, target=1, distance=2.5, reached=[True, False, False])).robot("a")
     assert (robot.activity, robot.target, robot.distance) == (Activity.DRIVE, 1, 2.5)
     assert robot.reached_at == (4, None, None)
-    assert (robot.stops, robot.reached) == (3, 1)
+    assert (robot.stops, robot.reached_count) == (3, 1)
 
 
 @pytest.mark.parametrize("new", [clock(0, run=2), truth(0, run=2), event(0, run=2)])
@@ -95,7 +95,7 @@ def test_seconds_follow_the_worlds_own_rate() -> None:
     ],
 )
 def test_silence_makes_stale(said: tuple[Message, ...], expected: Liveness) -> None:
-    assert folded(clock(), *said).heard("a") is expected
+    assert folded(clock(), *said).radio_freshness("a") is expected
 
 
 def test_tokens_say_who_is_gone_and_sessions_are_told_apart() -> None:
@@ -108,7 +108,7 @@ def test_tokens_say_who_is_gone_and_sessions_are_told_apart() -> None:
         ("three", True, Liveness.ALIVE),
     ):
         progress = fold(progress, Presence("robot", "a", session, alive))
-        assert progress.heard("a") is expected
+        assert progress.radio_freshness("a") is expected
 
 
 def test_the_truth_moves_the_clock_and_only_forward() -> None:
@@ -139,4 +139,4 @@ def test_few_events_are_kept() -> None:
     ],
 )
 def test_a_lane_says_what_a_robot_is_about(changed: dict[str, Any], expected: str) -> None:
-    assert naming.lane(folded(clock(), broadcast(4, **changed)).robot("a"), home=True) == expected
+    assert phrases.lane_label(folded(clock(), broadcast(4, **changed)).robot("a"), home=True) == expected

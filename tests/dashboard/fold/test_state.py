@@ -73,7 +73,7 @@ def test_what_is_news_and_what_is_none_changes_nothing(name: str) -> None:
 def test_the_newest_of_the_run_is_kept_and_a_new_run_clears_it() -> None:
     known = told(FLOOR, Presence("robot", "a", "one", True), clock(9), truth(6), truth(5), plan(5), plan(9), plan(7))
     assert (known.clock, known.truth, known.paths) == (clock(9), truth(6), {"a": plan(9)})
-    assert known.progress.heard("b") is Liveness.GONE
+    assert known.progress.radio_freshness("b") is Liveness.GONE
     known.take(truth(0, run=2))
     assert (known.clock, known.truth, known.paths) == (None, truth(0, run=2), {})
     assert (known.floor, known.progress.order) == (FLOOR, ("a", "b"))
@@ -103,7 +103,7 @@ WANTED: dict[str, tuple[list[Message], set[str], set[str]]] = {  # what is known
 @pytest.mark.parametrize("name", WANTED)
 def test_only_robots_whose_plan_somebody_looks_at_are_heard(name: str) -> None:
     known, looked_at, expected = WANTED[name]
-    assert told(*known).wanted(looked_at) == expected
+    assert told(*known).robots_needed(looked_at) == expected
 
 
 def test_a_run_that_is_over_is_told_by_the_clock_too() -> None:

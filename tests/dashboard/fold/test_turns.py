@@ -8,10 +8,10 @@ from dashboard.fold.state import QueuePlace, RunState
 from swarm.messages import Clock, Map, Phase
 from swarm.robot.brain import Inputs, Outputs, Robot
 from swarm.scenario.load import load
-from swarm.scenario.prepare import settled
+from swarm.scenario.prepare import settle_lattice
 from tests.shared import PAPER
 from world.simulate import Simulation
-from world.views.truth import truth
+from world.views.truth import make_truth
 
 RATE: Final = 20  # ticks between two looks
 TARGETS: Final = 3
@@ -28,17 +28,17 @@ def test_robots_reach_their_targets_in_the_order_of_their_turns(monkeypatch: pyt
         return said[-1]
 
     monkeypatch.setattr(Robot, "step", listened)
-    scenario = settled(load(PAPER))
+    scenario = settle_lattice(load(PAPER))
     simulation = Simulation.of(scenario, 4, 1)
     world, known = simulation.world, RunState()
     settings, packed = scenario.to_wire()
     known.take(Map(packed=packed, scenario=settings))
     looks: list[tuple[float, dict[str, int], dict[str, QueuePlace]]] = []
-    while not world.finished:
+    while not world.is_finished:
         if world.tick % RATE == 0:
             names = list(world.robots)
             known.take(Clock(run=0, tick=world.tick, time=world.time, phase=Phase.RUNNING, robots=names, present=names))
-            known.take(truth(world))
+            known.take(make_truth(world))
             to = {name: known.progress.robot(name).target for name in names}
             looks.append((world.time, to, known.turns()))
         said.clear()

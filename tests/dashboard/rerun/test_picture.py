@@ -20,6 +20,7 @@ pytestmark = [
 ]
 
 
+@pytest.mark.long("starts Rerun's own viewer")
 def test_the_viewer_has_nothing_to_complain_of(tmp_path: Path) -> None:
     from docs.pictures.make import show, viewer
 

@@ -39,7 +39,7 @@ def seeing(**fields: object) -> Callable[[Observed], Observed]:
 
 # fmt: off
 PLANTED: dict[str, tuple[Observed, Callable[[Observed], Observed], list[str]]] = {
-    "a run without an end":      (GOOD, seeing(status=None), ["ended: it did not end in time", "complete: exit status None, not complete: fleet drill: 2 robots, router tcp/127.0.0.1:1; complete"]),
+    "a run without an end":      (GOOD, seeing(status=None), ["ends by itself: it did not end in time", "complete: exit status None, not complete: fleet drill: 2 robots, router tcp/127.0.0.1:1; complete"]),
     "a mission not complete":    (GOOD, reporting(complete=False, reason="r1 stands"), ["complete: exit status 0, not complete: r1 stands"]),
     "an exit status":            (GOOD, seeing(status=1), ["complete: exit status 1, not complete: fleet drill: 2 robots, router tcp/127.0.0.1:1; complete"]),
     "no report":                 (GOOD, seeing(report={"complete": True, "digest": "abc"}), ["nothing lost: the report has no robots"]),
@@ -53,7 +53,7 @@ PLANTED: dict[str, tuple[Observed, Callable[[Observed], Observed], list[str]]] =
     "a process left":            (GOOD, seeing(processes=("process 17 (sleep 100)",)), ["nothing left: left: process 17 (sleep 100)"]),
     "a folder left":             (GOOD, seeing(files=("drill", ".r.json.part")), ["nothing left: left: drill; left: .r.json.part"]),
     "a traceback":               (GOOD, seeing(text="complete\nTraceback (most recent call last):\n  File\nOSError: [Errno 28]"), ["no traceback: a traceback: OSError: [Errno 28]"]),
-    "a sentence that is missing": (GOOD, seeing(expected=("complete\n", "No space")), ["said: not said: No space"]),
+    "a sentence that is missing": (GOOD, seeing(expected=("complete\n", "No space")), ["output complete: not said: No space"]),
     "an end out of order":       (IN_ORDER, seeing(status=-1), ["in order: exit status -1 instead of 1"]),
     "an end without a report":   (IN_ORDER, seeing(report={}), ["in order: the report's reason: no report"]),
     "nobody named as lost":      (LOST, seeing(report=IN_ORDER.report), ["only lost lack: no robot is named as lost"]),
@@ -90,6 +90,6 @@ def test_every_row_has_a_name_of_its_own_and_is_judged_at_each_pace() -> None:
             laws = row.laws_at(pace)
             assert set(ALWAYS) < set(laws), row.name
             assert ("same_run" in {law.__name__ for law in laws}) <= (pace == LOCKSTEP), row.name
-            assert bool(row.expected) == ("said" in {law.__name__ for law in laws}), row.name
+            assert bool(row.expected) == ("output_complete" in {law.__name__ for law in laws}), row.name
     both = {row.name for row in TABLE if len(row.paces) == 2}
     assert {"robot-killed", "world-killed", "router-killed"} <= both

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from swarm.errors import SwarmError
 from swarm.launch.supervise.fleet import SOURCE
-from swarm.launch.supervise.rehearsal import rehearse
+from swarm.launch.supervise.rehearsal import rehearse_mission
 from swarm.planning.grid import Grid
 from swarm.scenario import prepare
 from swarm.scenario.load import Scenario, load
@@ -26,27 +26,27 @@ STATE = """
 import gc, json, os, sys
 import swarm.launch.supervise.preload
 from swarm.scenario import prepare
-print(json.dumps([prepare.given_grid.cache_info().currsize, gc.get_freeze_count() > 0, "SWARM_SOURCE" in os.environ]))
+print(json.dumps([prepare.grid_of_floor.cache_info().currsize, gc.get_freeze_count() > 0, "SWARM_SOURCE" in os.environ]))
 """
 
 
 def welcomed(source: Source) -> Scenario:
     """Return a scenario as a robot gets it from the world."""
-    scenario = prepare.settled(source.read())
+    scenario = prepare.settle_lattice(source.read())
     return Scenario.from_wire(*scenario.to_wire())
 
 
 @pytest.mark.parametrize("file", SCENARIOS, ids=lambda file: file.stem)
 def test_a_robot_gets_the_grid_and_the_cells_of_the_rehearsal_and_they_are_its_own(file: Path) -> None:
-    prepare.given_grid.cache_clear()
-    cells_of.lattice.cache_clear()
-    rehearse(Source(file))
+    prepare.grid_of_floor.cache_clear()
+    cells_of.build_lattice.cache_clear()
+    rehearse_mission(Source(file))
     known = welcomed(Source(file))
-    computed = prepare.given_grid.cache_info().misses
+    computed = prepare.grid_of_floor.cache_info().misses
     grid, cells = prepare.planning_grid(known), cells_of.cells_of(known.map, known.settings)
-    assert prepare.given_grid.cache_info().misses == computed, "nothing was computed again"
-    prepare.given_grid.cache_clear()
-    cells_of.lattice.cache_clear()
+    assert prepare.grid_of_floor.cache_info().misses == computed, "nothing was computed again"
+    prepare.grid_of_floor.cache_clear()
+    cells_of.build_lattice.cache_clear()
     own, own_cells = prepare.planning_grid(known), cells_of.cells_of(known.map, known.settings)
     assert own is not grid
     assert (own_cells.stands, own_cells.neighbours) == (cells.stands, cells.neighbours)
@@ -58,7 +58,7 @@ def test_a_robot_gets_the_grid_and_the_cells_of_the_rehearsal_and_they_are_its_o
 
 
 def test_an_edited_map_gets_a_grid_of_its_own(paper: Scenario) -> None:
-    floor, _, _ = paper.map.edited(1, (2.0, 2.0), (2.5, 2.5))
+    floor, _, _ = paper.map.edit_rectangle(1, (2.0, 2.0), (2.5, 2.5))
     edited = replace(paper, map=floor)
     shared, own = prepare.planning_grid(paper), prepare.planning_grid(edited)
     assert (shared.solid != own.solid).any()
@@ -71,7 +71,7 @@ def test_what_cannot_be_driven_is_refused_before_it_is_driven(tmp_path: Path) ->
     broken.write_text(PAPER.read_text(encoding="utf-8").replace("targets:", "targets: [[-50.0, 0.0]]\nwere:"))
     for source in (Source(broken), Source(tmp_path / "none.yaml"), Source(PAPER, tmp_path / "none.scen", 3)):
         with pytest.raises(SwarmError):
-            rehearse(source)
+            rehearse_mission(source)
 
 
 @pytest.mark.parametrize(("file", "grids"), [(str(PAPER), 1), ("none.yaml", 0)])
@@ -83,5 +83,5 @@ def test_the_fork_server_rehearses_and_survives_a_bad_file(file: str, grids: int
 
 
 def test_a_source_is_read_as_its_file_says(paper: Scenario) -> None:
-    assert prepare.settled(Source(PAPER).read()).settings == paper.settings
+    assert prepare.settle_lattice(Source(PAPER).read()).settings == paper.settings
     assert load(PAPER).map == paper.map

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from swarm.geometry import Pose, distance, from_frame
 from swarm.maps.occupancy import WALL, OccupancyMap, Point
-from swarm.motion.drive import gap
+from swarm.motion.drive import gap_to_boxes
 from swarm.planning.grid import Grid
 from swarm.planning.path import line_is_free
 from swarm.robot.driving.aim import Aiming, distance_along
@@ -151,7 +151,7 @@ def test_no_aim_lies_beyond_cells_that_are_shut_or_behind_a_wall(
             held.append(held[-1] + step)
     waypoints = middles(tuple(held))
     pose = Pose(waypoints[0][0] + x, waypoints[0][1] + y, 0.0)
-    assume(cells.fits(held, pose.x, pose.y, RADIUS + AIM.gap))
+    assume(cells.can_fit_disc(held, pose.x, pose.y, RADIUS + AIM.gap))
     aim = aiming().choose(GRID if walled else None, pose, held, waypoints)
     if aim == waypoints[0]:
         return  # the middle of the cell that it is in: all that is left
@@ -257,15 +257,15 @@ def test_beyond_is_the_farthest_middle_that_walls_alone_leave_in_sight() -> None
 
 def test_shut_are_the_cells_beside_the_held_ones() -> None:
     held = (A, A + 1)
-    boxes = aiming().shut(held)
+    boxes = aiming().shut_boxes(held)
     assert len(boxes) == 4 * 3 - 2
     half = SIDE / 2
     for x, y in middles(held):
-        assert gap(boxes, x, y) == pytest.approx(half)
+        assert gap_to_boxes(boxes, x, y) == pytest.approx(half)
     around = shapely.union_all([shapely.box(*box) for box in boxes.tolist()])
     assert around.intersection(cells_as_shape(DOOR.cells, held)).area == pytest.approx(0.0)
     assert around.union(cells_as_shape(DOOR.cells, held)).area == pytest.approx(12 * SIDE**2)
-    assert aiming().shut(held[::-1]).tolist() == boxes.tolist()
+    assert aiming().shut_boxes(held[::-1]).tolist() == boxes.tolist()
 
 
 @given(origins, st.floats(-1.0, 1.0), st.floats(-1.0, 1.0), st.floats(-pi, pi))
@@ -276,8 +276,8 @@ def test_on_a_lattice_that_lies_elsewhere_and_turned_places_and_boxes_are_the_sa
     held, pose = (A, A + 1, A + 1 - COLUMNS), Pose(*DOOR.cells.centre(A), yaw)
     pose = pose._replace(x=pose.x + x, y=pose.y + y)
     moved = Pose(*from_frame(origin, pose.x, pose.y), yaw + origin.yaw)
-    assert there.shut(held).tolist() == aiming().shut(held).tolist()
-    assert there.local(moved) == pytest.approx(pose, abs=1e-9)
+    assert there.shut_boxes(held).tolist() == aiming().shut_boxes(held).tolist()
+    assert there.to_lattice_frame(moved) == pytest.approx(pose, abs=1e-9)
 
 
 @given(origins)
@@ -307,7 +307,7 @@ def test_who_stands_as_near_its_place_as_it_has_to_touches_no_other_cell(angle: 
     settings = TrafficConstants()
     a = A + 2
     middle = DOOR.cells.centre(a)
-    place = DOOR.cells.moved_inside(a, (middle[0] + x, middle[1] + y), settings.standing_room)
+    place = DOOR.cells.move_inside(a, (middle[0] + x, middle[1] + y), settings.standing_room)
     stands = (place[0] + NEAR * cos(angle), place[1] + NEAR * sin(angle))
     assert hypot(stands[0] - place[0], stands[1] - place[1]) == pytest.approx(NEAR)
-    assert DOOR.cells.touched(*stands, settings.radius + settings.margin) == (a,)
+    assert DOOR.cells.cells_under_disc(*stands, settings.radius + settings.margin) == (a,)

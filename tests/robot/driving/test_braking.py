@@ -4,7 +4,7 @@ from math import pi
 
 import numpy as np
 import pytest
-from hypothesis import assume, example, given, settings
+from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
 from swarm.geometry import Pose
@@ -80,7 +80,7 @@ def test_the_room_in_held_cells_is_that_of_a_way_stepped_by_hand(
     held = tuple(cells.columns + 4 + step for step in range(4))
     x, y = cells.centre(held[1])
     body = DriveState(Pose(x + pose.x, y + pose.y, pose.yaw), *now)
-    boxes = Aiming(cells, RADIUS).shut(held)
+    boxes = Aiming(cells, RADIUS).shut_boxes(held)
     got = path_room(boxes, *body.pose, *now, *wanted, DRIVE.track_width, MOST, DT, TICKS)
     way = [body.pose, *told(body, wanted, TICKS)]
     least = min(min(one.x - x + 1.5 * SIDE, x + 2.5 * SIDE - one.x, SIDE / 2 - abs(one.y - y)) for one in way)
@@ -95,7 +95,6 @@ ASLANT = {"pose": Pose(-1.2, -0.2, 0.3), "tables": (1.6, 1.5)}
 @given(pose=inside, tables=rims)
 @example(**FAST)
 @example(**ASLANT)
-@settings(max_examples=60)
 def test_however_fast_the_tables_are_it_brakes_inside_its_cells(pose: Pose, tables: tuple[float, float]) -> None:
     cells = FREE.cells
     held = tuple(cells.columns + 4 + step for step in range(4))
@@ -105,7 +104,7 @@ def test_however_fast_the_tables_are_it_brakes_inside_its_cells(pose: Pose, tabl
     assume(room(outside, body.pose) > SAFETY.gap)
     aiming, safety = Aiming(cells, RADIUS), SafetyFilter(SETTINGS)
     for tick in range(60):
-        limits = constraints(FREE_GRID, body.pose, aiming.shut(held))
+        limits = constraints(FREE_GRID, body.pose, aiming.shut_boxes(held))
         body = rolled(body, safety.check(sense_of(body, tick), tables, limits))
         assert room(outside, body.pose) > 0.0
 
@@ -126,7 +125,9 @@ def test_it_slows_down_no_sooner_and_no_later_than_the_brake_needs(walled: bool,
     ]
     assume(min(map(abs, rooms)) > 0.02)  # a grid is not exact
     assume(room(judge, to_a_stand(body)[-1]) > SAFETY.gap)
-    limits = constraints(HALL_GRID, body.pose, np.empty((0, 4)) if walled else Aiming(HALL.cells, RADIUS).shut(held))
+    limits = constraints(
+        HALL_GRID, body.pose, np.empty((0, 4)) if walled else Aiming(HALL.cells, RADIUS).shut_boxes(held)
+    )
     speeds = SafetyFilter(SETTINGS).check(sense_of(body), (speed, speed), limits)
     mildest = next((share for share, left in zip(shares, rooms, strict=True) if left > 0.0), 0.0)
     assert speeds == pytest.approx((mildest * speed, mildest * speed))

@@ -46,14 +46,14 @@ def test_a_robot_alone_with_weak_brakes_holds_all_cells_that_they_lead_through()
     )  # fmt: skip
     simulation, cells, robot = Simulation.of(hall, 1, 1), cells_of(hall.map, hall.settings), hall.settings.robot
     drive, dt = DifferentialDrive(robot.track_width), 1.0 / hall.settings.rate
-    while not simulation.world.finished:
+    while not simulation.world.is_finished:
         tick = simulation.step()
         sense, command = tick.senses["r1"], tick.commands["r1"]
         pose, wheels = Pose(sense.x, sense.y, sense.yaw), drive.rim_speeds(Twist(sense.linear, sense.angular))
         while any(wheels):
             left, right = (ramp(speed, 0.0, robot.wheel_acceleration * dt) for speed in wheels)
             pose, wheels = integrate(pose, drive.twist(left, right), dt), (left, right)
-            assert set(cells.touched(pose.x, pose.y, robot.radius)) <= set(command.held)
+            assert set(cells.cells_under_disc(pose.x, pose.y, robot.radius)) <= set(command.held)
     assert simulation.world.tasks.complete
 
 

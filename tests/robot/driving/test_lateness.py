@@ -1,6 +1,6 @@
 """Detection of late wheels, from the commands and the wheels' speeds."""
 
-from math import inf
+from math import inf, pi
 from random import Random
 
 import pytest
@@ -9,9 +9,11 @@ from swarm.geometry import Pose, Twist
 from swarm.messages import COMMAND
 from swarm.motion.drive import ramp
 from swarm.planning.grid import Grid
-from swarm.robot.driving.safety import DIFFERS, DriveState, Lateness, SafetyFilter
+from swarm.robot.driving.lateness import DIFFERS, LateLimiter, Lateness
+from swarm.robot.driving.safety import STAND, DriveState, SafetyFilter, WheelSpeeds
 from swarm.robot.tuning import SAFETY
 from swarm.traffic.interface import MovingObstacle
+from swarm.traffic.lattice.placement import cells_of
 from swarm.traffic.obstacles.detector import HALF_WIDTH
 from tests.robot.driving import shared as driving
 from tests.robot.driving.shared import SETTINGS, constraints, sense_of
@@ -99,7 +101,7 @@ def towards_a_threat(*, limited: bool) -> list[tuple[float, float]]:
         fastest = safety.near_threats(body, late, [MovingObstacle(shown, 10.0, -0.4, 0.0)], gap) if limited else inf
         limits = constraints(WIDE, body.pose)._replace(fastest=fastest)
         front = max(0.0, min(gap, driving.NOTHING))
-        wanted = safety.out(sense_of(body, tick, front=front), Twist(0.6, 0.0), limits)
+        wanted = safety.limit_way_out(sense_of(body, tick, front=front), Twist(0.6, 0.0), limits)
         lateness.command(wanted)
         queue.append(wanted)
         body, shown = driving.rolled(body, queue.pop(0)), shown - 0.4 * driving.DT
@@ -124,7 +126,7 @@ def towards_a_wall(seed: int, ticks: int, *, expected: bool) -> float:
     for tick in range(160):
         tables = (draw.choice(speeds), draw.choice(speeds)) if draw.random() < 0.2 else tables
         lateness.compare(tick, (body.left, body.right))
-        then = safety.after(body, lateness.expected()) if expected else body
+        then = safety.state_after(body, lateness.expected_commands()) if expected else body
         wanted = safety.check(sense_of(then, tick), tables, constraints(WIDE, then.pose))
         lateness.command(wanted)
         queue.append(wanted)
@@ -145,8 +147,50 @@ def test_without_the_delay_in_mind_it_would_touch_the_wall() -> None:
 def test_after_the_late_commands_the_body_is_where_the_wheels_bring_it() -> None:
     safety, body = SafetyFilter(SETTINGS), DriveState(Pose(5.0, 5.0, 0.3), 0.1, -0.2)
     commands = [(0.6, 0.4), (0.2, 0.9), (-0.4, 0.4)]
-    there = safety.after(body, commands)
+    there = safety.state_after(body, commands)
     for wanted in commands:
         body = driving.rolled(body, wanted)
     assert (*there.pose, there.left, there.right) == pytest.approx((*body.pose, body.left, body.right))
-    assert safety.after(body, ()) == body
+    assert safety.state_after(body, ()) == body
+
+
+def wander_in_cells(seed: int, limiter: LateLimiter | None) -> bool:
+    """Let tables that change their mind drive in four cells, each command late by other ticks; return True if inside.
+
+    The wheels keep a command until a newer one is there: some are never obeyed, others for six ticks.
+    """
+    draw, tables, inside = Random(seed), (0.9, 0.9), True
+    floor = cells_of(HALL, SETTINGS)
+    first = floor.cell_of(10.0, 10.0)
+    held = (first, first + 1, first + floor.columns, first + floor.columns + 1)
+    body, lateness = DriveState(Pose(*floor.centre(first), draw.uniform(-pi, pi)), 0.0, 0.0), Lateness(ACCELERATION, DT)
+    commands, obeyed = [WheelSpeeds(0.0, 0.0)], 0
+    for tick in range(200):
+        tables = (draw.choice((-0.4, 0.4, 1.2)), draw.choice((-0.4, 0.4, 1.2))) if draw.random() < 0.2 else tables
+        late = lateness.compare(tick, (body.left, body.right)) or (commands[-1],)
+        speeds = WheelSpeeds(*tables)
+        commands.append(limiter.limit(speeds, body, late, WIDE, floor, held) if limiter is not None else speeds)
+        lateness.command(commands[-1])
+        obeyed = max(obeyed, len(commands) - 1 - draw.choice((0, 0, 1, 3, 5)))
+        body = driving.rolled(body, commands[obeyed])
+        inside = inside and set(floor.cells_under_disc(body.pose.x, body.pose.y, driving.RADIUS - 1e-6)) <= set(held)
+    return inside
+
+
+def test_a_robot_stays_in_its_cells_however_late_its_commands_are() -> None:
+    limiter = LateLimiter(SafetyFilter(SETTINGS), SETTINGS)
+    assert not any(wander_in_cells(seed, None) for seed in range(10)), "the tables alone should drive out"
+    assert all(wander_in_cells(seed, limiter) for seed in range(30))
+
+
+@pytest.mark.parametrize(("toward", "drives"), [(pi, True), (pi / 2, True), (0.0, False)])
+def test_a_body_a_little_beyond_its_cells_may_drive_back_and_along_but_no_further(toward: float, drives: bool) -> None:
+    floor = cells_of(HALL, SETTINGS)
+    cell = floor.cell_of(10.0, 10.0)
+    held = (cell, cell + floor.columns, cell - 1, cell + floor.columns - 1)
+    x, y = floor.centre(cell)
+    beyond = Pose(x + floor.side / 2 - driving.RADIUS + 0.01, y, toward)
+    limiter, late = LateLimiter(SafetyFilter(SETTINGS), SETTINGS), (STAND,) * 5
+    speeds = limiter.limit(WheelSpeeds(0.3, 0.3), DriveState(beyond, 0.0, 0.0), late, WIDE, floor, held)
+    assert any(speeds) is drives
+    assert floor.room_in(held, beyond.x, beyond.y, driving.RADIUS) == pytest.approx(driving.RADIUS - 0.01)

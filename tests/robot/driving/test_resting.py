@@ -151,7 +151,7 @@ def test_a_robot_rests_in_its_last_cell_where_its_footprint_fits(name: str) -> N
     one, pose = Driven(), AT._replace(x=5.0 - edge)
     held = one.row(count=2 if "held" in grants else 1)
     way = one.row(count=grants.get("way", len(held)))
-    up_to = (one.cells.leaning(held[-1], held[-1] + 1, 0.31),) if len(way) > len(held) else ()
+    up_to = (one.cells.leaning_point(held[-1], held[-1] + 1, 0.31),) if len(way) > len(held) else ()
     granted = {"held": held, "way": way, "waypoints": (*map(one.cells.centre, held), *up_to)}
     move = one.drive(pose, goal=(pose.x + away, pose.y), done=done, **grants | granted)
     assert (move.speeds == STAND) is rests

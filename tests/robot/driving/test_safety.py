@@ -125,7 +125,7 @@ def test_no_tables_lead_out_of_the_held_cells_or_to_a_contact(name: str, seed: i
     x, y = cells.centre(A)
     body = at_rest(Pose(x + dice.uniform(-0.3, 0.3), y + dice.uniform(-0.3, 0.3), dice.uniform(-pi, pi)))
     for tick in range(400):
-        limits = constraints(WALLED_GRID, body.pose, aiming.shut(HELD), OTHERS)
+        limits = constraints(WALLED_GRID, body.pose, aiming.shut_boxes(HELD), OTHERS)
         body = rolled(body, safety.check(sense_of(body, tick), ADVERSARIES[name](dice, tick), limits))
         assert shapely.contains(WITHIN, footprint(body.pose)), f"tick {tick}: out of its cells at {body.pose}"
         assert room(WALLS, body.pose) > 0.0, f"tick {tick}: touches a wall at {body.pose}"
@@ -172,7 +172,7 @@ def test_with_room_around_the_tables_speeds_pass_unchanged(wish: Speeds) -> None
     x, y = DOOR.cells.centre(a + 1)
     body = DriveState(Pose(x, y, 0.3), *wish)
     grid = Grid.grown(DOOR.occupancy, RADIUS, resolution=0.1)
-    speeds = SafetyFilter(SETTINGS).check(sense_of(body), wish, constraints(grid, body.pose, aiming.shut(held)))
+    speeds = SafetyFilter(SETTINGS).check(sense_of(body), wish, constraints(grid, body.pose, aiming.shut_boxes(held)))
     assert speeds == pytest.approx(wish, abs=1e-12)
 
 
@@ -247,7 +247,7 @@ def test_a_way_out_keeps_its_turn_and_has_no_more_speed_than_the_gap_ahead_allow
     """At 0.6 m/s it drives about 0.24 m before it stands again, at 0.36 m/s 0.14 m, at 0.18 m/s 0.07 m."""
     ahead = np.array([(MIDDLE.x + RADIUS + gap, 0.0, MIDDLE.x + 2.0, 20.0)])
     body = at_rest(MIDDLE._replace(yaw=0.0))
-    speeds = SafetyFilter(SETTINGS).out(sense_of(body), Twist(0.6, 1.0), constraints(WIDE, body.pose, ahead))
+    speeds = SafetyFilter(SETTINGS).limit_way_out(sense_of(body), Twist(0.6, 1.0), constraints(WIDE, body.pose, ahead))
     assert twist_of(speeds) == pytest.approx((0.6 * share, 1.0))
 
 
@@ -551,14 +551,16 @@ def test_on_a_floor_that_lies_elsewhere_and_turned_it_drives_the_same(pose: Pose
     x, y = WALLED.cells.centre(A)
     held, boxes = (A, A + 1, A + 2), Aiming(WALLED.cells, RADIUS)
     here = Pose(x + pose.x, y + pose.y, pose.yaw)
-    _, _, sure = first_by_hand(WALLED_GRID, boxes.shut(held).tolist(), [], DriveState(here, *wish), twist_of(wish), inf)
+    _, _, sure = first_by_hand(
+        WALLED_GRID, boxes.shut_boxes(held).tolist(), [], DriveState(here, *wish), twist_of(wish), inf
+    )
     assume(sure > 2e-4)
     driven = []
     for lies in (Pose(0.0, 0.0, 0.0), origin):
         floor = replace(WALLED.occupancy, origin=lies)
         aiming = Aiming(type(WALLED.cells)(floor, side=SIDE, radius=0.23), RADIUS)
         place = Pose(*from_frame(lies, here.x, here.y), here.yaw + lies.yaw)
-        limits = constraints(Grid.grown(floor, RADIUS, resolution=0.1), place, aiming.shut(held))
-        limits = limits._replace(local=aiming.local(place))
+        limits = constraints(Grid.grown(floor, RADIUS, resolution=0.1), place, aiming.shut_boxes(held))
+        limits = limits._replace(local=aiming.to_lattice_frame(place))
         driven.append(SafetyFilter(SETTINGS).check(sense_of(DriveState(place, *wish)), wish, limits))
     assert driven[1] == pytest.approx(driven[0], abs=1e-6)

@@ -5,7 +5,7 @@ from typing import cast
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from swarm.fuzzy import Controller, load_profile
@@ -210,7 +210,6 @@ def by_hand(controller: Controller, sense: Sense, body: DriveState, aim: Point, 
     seen=st.tuples(distances, distances, distances),
     scale=st.sampled_from([0.15, 0.5, 1.0]),
 )
-@settings(max_examples=60)
 def test_the_rollout_is_the_tables_and_the_kinematics_stepped_by_hand(
     aim: Point, yaw: float, now: tuple[float, float], seen: tuple[float, float, float], scale: float
 ) -> None:

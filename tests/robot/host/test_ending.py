@@ -4,7 +4,7 @@ import pytest
 from msgspec.structs import replace
 
 from swarm.messages import CLOCK, Activity, Clock, Phase, State
-from swarm.robot.host.joining import AWAY, Ending
+from swarm.robot.host.membership import AWAY, Ending
 from tests.robot.host.test_joining import Ship, welcome
 
 CLOCK_ = Clock(run=0, tick=100, time=5.0, phase=Phase.RUNNING, robots=["r1"], present=["r1"])

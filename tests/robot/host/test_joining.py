@@ -6,13 +6,13 @@ from unittest.mock import Mock
 import pytest
 from msgspec.structs import replace
 
-from swarm.awake import Awake
 from swarm.bus import Arrival, Bus, Link, Presence
 from swarm.errors import PeerError
 from swarm.messages import CLOCK, COMMAND, JOIN, SENSE, Clock, Command, Phase, Took, Topic, Welcome
-from swarm.robot.host.joining import FIRST, LONGEST, UNSEEN, Place
+from swarm.robot.host.membership import FIRST, LONGEST, UNSEEN, SeatRequest
 from swarm.robot.host.process import ECHOES, RobotHost
 from swarm.scenario.load import Scenario
+from swarm.suspend_clock import Awake
 from tests.robot.shared import AT, FITS, STOPS, scenario
 
 
@@ -72,18 +72,18 @@ class Ship:
 
 
 def test_the_pauses_between_attempts_grow_to_a_bound_and_end_when_a_world_comes() -> None:
-    place = Place("r1")
+    place = SeatRequest("r1")
     now, pauses = 0.0, []
     for _ in range(9):
-        place.refused("no", now)
+        place.take_refusal("no", now)
         before = now
         while not place.due(now):
             now += FIRST / 10
         pauses.append(now - before)
     assert pauses == pytest.approx([0.1, 0.2, 0.4, 0.8, 1.6, 3.2, 5.0, 5.0, 5.0], abs=0.02)
     assert pauses[-1] == pytest.approx(LONGEST, abs=0.02)
-    place.refused("no", now)
-    place.hurry()
+    place.take_refusal("no", now)
+    place.ask_at_once()
     assert place.due(now)
 
 

@@ -3,7 +3,7 @@
 from typing import Any, Final
 
 from swarm.messages import RADIO
-from swarm.robot.host.radio import PATIENCE, Radio, Receiver, around, zone
+from swarm.robot.host.radio import PATIENCE, Radio, Receiver, zone_of, zones_around
 from tests.robot.host.test_seat import broadcast
 
 SIDE: Final = 10.0  # m
@@ -37,16 +37,16 @@ def pairs(heard: list[Any]) -> list[tuple[str, int]]:
 
 
 def test_a_zone_is_left_of_and_below_its_edges_too() -> None:
-    assert zone(-0.1, 10.0, SIDE) == (-1, 1)
-    assert around((0, 0)) == {(x, y) for x in (-1, 0, 1) for y in (-1, 0, 1)}
+    assert zone_of(-0.1, 10.0, SIDE) == (-1, 1)
+    assert zones_around((0, 0)) == {(x, y) for x in (-1, 0, 1) for y in (-1, 0, 1)}
 
 
 def test_the_process_subscribes_to_the_zones_around_all_its_robots() -> None:
     wire, _, (one, other) = radio_and_receivers()
     assert one.tune(5.0, 5.0) == (0, 0)
-    assert wire.zones == around((0, 0))
+    assert wire.zones == zones_around((0, 0))
     assert other.tune(25.0, 5.0) == (2, 0)
-    assert wire.zones == around((0, 0)) | around((2, 0))
+    assert wire.zones == zones_around((0, 0)) | zones_around((2, 0))
     assert other.tune(25.1, 5.0) == (2, 0)
 
 
@@ -55,11 +55,11 @@ def test_a_zone_is_given_up_when_no_robot_is_near_it() -> None:
     one.tune(5.0, 5.0)
     other.tune(15.0, 5.0)
     one.tune(95.0, 5.0)
-    assert wire.zones == around((9, 0)) | around((1, 0)), "zones that only one has left stay for the other"
+    assert wire.zones == zones_around((9, 0)) | zones_around((1, 0)), "zones that only one has left stay for the other"
     other.tune(95.0, 5.0)
-    assert wire.zones == around((9, 0))
+    assert wire.zones == zones_around((9, 0))
     one.close()
-    assert wire.zones == around((9, 0))
+    assert wire.zones == zones_around((9, 0))
     other.close()
     assert wire.zones == set()
 
@@ -68,10 +68,10 @@ def test_in_lockstep_each_robot_hears_exactly_its_own_list() -> None:
     _, radio, (one, other) = radio_and_receivers()
     for name in ("r3", "r4", "r5"):
         radio.take(broadcast(name, 6))
-    assert pairs(one.exactly([("r5", 6), ("r3", 6)], 7)) == [("r5", 6), ("r3", 6)]
-    assert pairs(other.exactly([("r3", 6)], 7)) == [("r3", 6)], "what one has heard is there for the other"
-    assert other.lacks([("r3", 6), ("r3", 2)])
-    assert not other.lacks([("r4", 6)])
+    assert pairs(one.listed_broadcasts([("r5", 6), ("r3", 6)], 7)) == [("r5", 6), ("r3", 6)]
+    assert pairs(other.listed_broadcasts([("r3", 6)], 7)) == [("r3", 6)], "what one has heard is there for the other"
+    assert other.misses_broadcast([("r3", 6), ("r3", 2)])
+    assert not other.misses_broadcast([("r4", 6)])
 
 
 def test_in_real_time_each_robot_hears_its_own_list_and_nothing_twice() -> None:
@@ -103,9 +103,9 @@ def test_of_many_broadcasts_the_old_ones_are_dropped() -> None:
     for tick in range(1000):
         for name in ("r3", "r4", "r5", "r6", "r7", "r8", "r9"):
             radio.take(broadcast(name, tick))
-        one.exactly([], tick)
-        assert not one.lacks([("r3", max(0, tick - PATIENCE))])
-    assert one.lacks([("r3", 0)])
+        one.listed_broadcasts([], tick)
+        assert not one.misses_broadcast([("r3", max(0, tick - PATIENCE))])
+    assert one.misses_broadcast([("r3", 0)])
     assert len(radio.arrived) <= 1.25 * 7 * (PATIENCE + 1)
 
 

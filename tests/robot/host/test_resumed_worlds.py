@@ -92,7 +92,7 @@ class Hall:
                 if outputs.broadcast is not None:
                     self.spoken[name, outputs.command.tick] = outputs.broadcast
         world.step(self.last.commands, self.last.sent)
-        self.last.carried_out()
+        self.last.forget_commands()
         if world.tick >= self.killed_at:
             self.killed_at = world.tick + self.chance.randint(*LIVES)
             state: WorldState = pickle.loads(self.saved[1])
@@ -102,7 +102,7 @@ class Hall:
 
     def contacts(self) -> Mapping[str, int]:
         """Run until all robots are home or the time is over; return the contacts by what was touched."""
-        while not self.world.finished and self.world.time < LIMIT:
+        while not self.world.is_finished and self.world.time < LIMIT:
             self.step()
         self.run.world = self.world
         report: dict[str, Any] = self.run.report(0.0, LIMIT)

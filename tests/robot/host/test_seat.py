@@ -135,9 +135,9 @@ def test_only_the_world_that_welcomed_a_robot_is_obeyed() -> None:
 def test_what_was_said_last_can_be_said_again() -> None:
     one = Chair(kept=10)
     given = [one.answer(later(FITS, tick)) for tick in range(5)]
-    assert one.seat.said() == given[-SAID_AGAIN:]
+    assert one.seat.last_answers() == given[-SAID_AGAIN:]
     one.answer(later(LIVE, 5))
-    assert one.seat.said() == given[-SAID_AGAIN + 1 :], "in real time nothing is said twice"
+    assert one.seat.last_answers() == given[-SAID_AGAIN + 1 :], "in real time nothing is said twice"
 
 
 def test_after_the_router_was_away_the_wait_starts_over() -> None:
@@ -167,7 +167,7 @@ def test_a_sense_that_comes_again_gets_the_same_answer_and_no_second_step() -> N
     sense = msgspec.structs.replace(FITS, hears=[("r1", 6)])
     first = one.answer(sense)
     one.radio.begin(1)  # whatever has become of the broadcast
-    assert one.answer(sense) == first.again()
+    assert one.answer(sense) == first.repeat_with()
     assert one.robot.step.call_count == 1  # type: ignore[attr-defined]
     assert one.said == []
 
@@ -176,7 +176,7 @@ def test_after_a_doubt_the_next_answer_tells_what_the_last_steps_were_made_with(
     one = Chair(kept=10)
     one.radio.take(broadcast("r3", 6))
     earlier = [one.answer(later(LIVE, tick, hears=[("r3", 6)] * (tick == 4))) for tick in range(5)]
-    one.seat.doubt()
+    one.seat.doubt_last_answers()
     took = one.answer(later(LIVE, 5)).outputs.command.took
     assert took is not None
     assert took.before[-5:] == [given.step for given in earlier]
@@ -188,7 +188,7 @@ def test_an_answer_that_is_said_again_tells_the_steps_before_it() -> None:
     """Those of the world before may be lost: a replay must make them before this one, not after."""
     one = Chair(kept=100)
     earlier = [one.answer(later(LIVE, tick)) for tick in range(DOUBTED + 2)]
-    one.seat.doubt()
+    one.seat.doubt_last_answers()
     for ticks, expected in ((1, earlier[:1]), (5, earlier[:5])):
         given = one.seat.repeat(later(LIVE, ticks))
         assert given is not None
@@ -198,7 +198,7 @@ def test_an_answer_that_is_said_again_tells_the_steps_before_it() -> None:
     took = one.answer(later(LIVE, DOUBTED + 2)).outputs.command.took
     assert took is not None
     assert len(took.before) == DOUBTED, "the next new step tells all once more"
-    assert one.seat.repeat(later(LIVE, 5)) == earlier[5].again()
+    assert one.seat.repeat(later(LIVE, 5)) == earlier[5].repeat_with()
 
 
 def resumed() -> Chair:
@@ -316,6 +316,6 @@ def test_only_the_last_answers_are_kept() -> None:
     answer = GivenAnswer(robot().step(Inputs(FITS, [])), (0, 0), sure=True, pose=pose, took=Took(heard=[]))
     for tick in range(5):
         repeats.keep(msgspec.structs.replace(FITS, tick=tick), answer)
-    kept = [tick for tick in range(5) if repeats.to(msgspec.structs.replace(FITS, tick=tick)) is not None]
+    kept = [tick for tick in range(5) if repeats.find_answer(msgspec.structs.replace(FITS, tick=tick)) is not None]
     assert kept == [2, 3, 4]
-    assert repeats.to(msgspec.structs.replace(FITS, tick=4, run=1)) is None
+    assert repeats.find_answer(msgspec.structs.replace(FITS, tick=4, run=1)) is None

@@ -4,11 +4,11 @@ import pytest
 from msgspec.structs import replace
 
 from swarm.messages import Command
+from swarm.storm.history.history import History, record
+from swarm.storm.history.run_facts import cells_at
+from swarm.storm.laws.fairness import EACH, EVERY, FIRST, nobody_overtaken_for_ever, queueing_robots
+from swarm.storm.laws.judge import LAWS
 from tests.storm.shared import plan_of, short_run, with_commands
-from world.storm.history.history import History, record
-from world.storm.history.seen import cells_at
-from world.storm.laws.fairness import EACH, EVERY, FIRST, nobody_overtaken_for_ever, queued
-from world.storm.laws.judge import LAWS
 
 LAW = "nobody is overtaken for ever"
 
@@ -48,10 +48,11 @@ def test_it_is_one_of_the_laws_and_the_docs_tell_its_bound() -> None:
     assert f"in {FIRST:.0f} s, and {EACH:.0f} s for each" in str(nobody_overtaken_for_ever.__doc__)
 
 
+@pytest.mark.long("minutes of a simulated patrol")
 def test_a_patrol_waits_anew_each_time_it_comes_to_a_stop() -> None:
     """It passes the same stop again and again: all its waits together are longer than the bound."""
     plan = plan_of(own_targets=[[[9.0, 1.8], [1.8, 1.8]], [[1.8, 3.0], [9.0, 3.0]]], patrol=True, limit=240.0)
     history = record(plan)
-    waits = [one.waited for _, one in queued(history)]
+    waits = [one.waited for _, one in queueing_robots(history)]
     assert EVERY * history.dt * len(waits) > FIRST > 4 * max(waits)
     assert list(nobody_overtaken_for_ever(history)) == []

@@ -10,16 +10,16 @@ from msgspec.structs import replace as changed
 
 from swarm.messages import Assigned, Broadcast, Command, Event
 from swarm.messages.traffic import Claim, Epoch, JointPlan, Record, Relayed, Sighting
+from swarm.storm.history.history import History, Moment, record
+from swarm.storm.history.run_facts import PUT_BACK, cells_at
+from swarm.storm.laws.judge import LAWS, judge
+from swarm.storm.laws.mission import nobody_stands_unnamed
+from swarm.storm.results import is_silent
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
 from tests.storm.shared import plan_of, short_run, with_commands, with_moments, with_report, with_words
 from world.bodies.shapes import Contact
 from world.faults import Health
 from world.simulate import Simulation
-from world.storm.history.history import History, Moment, record
-from world.storm.history.seen import PUT_BACK, cells_at
-from world.storm.laws.judge import LAWS, judge
-from world.storm.laws.mission import nobody_stands_unnamed
-from world.storm.results import is_silent
 
 TICK = 60  # by then both robots drive
 LATER = 2000  # ticks, 100 s
@@ -391,7 +391,7 @@ def test_no_way_at_all_is_said_only_if_the_cells_leave_no_floor_out(monkeypatch:
         "traffic": {"cell": 1.2, "offset": [-0.6, -0.6]},
     }
     assert not judge(record(plan_of(**swap))), "it is said of this lattice"
-    monkeypatch.setattr(CellMap, "leaves_out", property(lambda cells: False))
+    monkeypatch.setattr(CellMap, "has_unused_floor", property(lambda cells: False))
     found = sorted(judge(record(plan_of(**swap))))
     assert {(violation.law, violation.robots) for violation in found} == {
         ("all arrive", (name,)) for name in ("r1", "r2")

@@ -6,10 +6,10 @@ from functools import cache
 import pytest
 
 from swarm.messages import Event
+from swarm.storm.history.history import History, Moment, record
+from swarm.storm.laws.judge import judge
+from swarm.storm.plans.draw import draw
 from tests.storm.shared import plan_of, with_moments, with_report
-from world.storm.history.history import History, Moment, record
-from world.storm.laws.judge import judge
-from world.storm.plans.draw import draw
 
 POOL = [[5.4, 1.8], [5.4, 3.0], [3.0, 3.0]]
 
@@ -79,6 +79,7 @@ def test_it_speaks_of_a_planted_violation(says: str, plant: Callable[[], History
     assert any(says in violation.text for violation in found), found
 
 
+@pytest.mark.long("minutes of a simulated pool")
 def test_a_robot_that_cannot_get_to_its_own_stop_past_a_dead_one_could_not_have_served_the_pool() -> None:
     there = [9.0, 1.8]
     poses, dead = [[1.8, 1.8, 0.0], [*there, 3.0]], {"robot": "r2", "kind": "dead", "tick": 20}

@@ -10,12 +10,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from swarm.errors import ConfigError
-from swarm.scenario.starts import names
+from swarm.scenario.starts import robot_names
+from swarm.storm.plans.draw import draw
+from swarm.storm.plans.plan import StormPlan, read
+from swarm.storm.plans.profiles import PROFILES
+from swarm.storm.results import NOBODY_DEAD, Job, perform
 from tests.storm.shared import plan_of
-from world.storm.plans.draw import draw
-from world.storm.plans.plan import StormPlan, read
-from world.storm.plans.profiles import PROFILES
-from world.storm.results import NOBODY_DEAD, Job, perform
 
 seeds = st.integers(0, 2**53)
 profiles = st.sampled_from(sorted(PROFILES))
@@ -43,7 +43,7 @@ def test_every_drawn_plan_is_a_world_within_its_profile(profile: str, seed: int)
     assert ranges.robots[0] <= plan.robots <= ranges.robots[1]
     assert plan.scenario.map.known == ranges.known
     scenario, faults = plan.to_scenario(), plan.to_faults()
-    assert {spell.robot for spell in faults.spells} | set(faults.killed or ()) <= {*names(plan.robots)}
+    assert {spell.robot for spell in faults.spells} | set(faults.killed or ()) <= {*robot_names(plan.robots)}
     assert all(scenario.stops(number, pose[:2]) for number, pose in enumerate(scenario.settings.start.poses or ()))
 
 

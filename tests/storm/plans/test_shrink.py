@@ -7,15 +7,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from swarm.storm.history.history import History
+from swarm.storm.history.run_facts import Found
+from swarm.storm.laws import judge as laws
+from swarm.storm.plans.draw import can_be_driven, draw
+from swarm.storm.plans.plan import StormPlan
+from swarm.storm.plans.profiles import PROFILES
+from swarm.storm.plans.simpler import CUTS, cut_lanes, faults, robots, simpler, size
+from swarm.storm.shrink import Trial, find_break_time, find_first, first_broken, shrink
 from tests.storm.shared import plan_of
-from world.storm.history.history import History
-from world.storm.history.seen import Found
-from world.storm.laws import judge as laws
-from world.storm.plans.draw import can_be_driven, draw
-from world.storm.plans.plan import StormPlan
-from world.storm.plans.profiles import PROFILES
-from world.storm.plans.simpler import CUTS, faults, lanes, robots, simpler, size
-from world.storm.shrink import Trial, breaks, first_broken, first_of, shrink
 
 PLANTED = "nobody east of 5 m"
 
@@ -32,7 +32,7 @@ def nobody_east(history: History) -> Found:
 def alone(trials: Iterable[Trial]) -> tuple[StormPlan, float] | None:
     """Try one after the other, in this process."""
     for trial in trials:
-        time = breaks(trial)
+        time = find_break_time(trial)
         if time is not None:
             return trial.plan, time
     return None
@@ -53,13 +53,13 @@ CROWDED = plan_of(
 )
 
 
-@pytest.mark.costs("each step of the shrinking runs a storm")
+@pytest.mark.long("many runs of a plan that shrinks")
 def test_a_planted_fault_is_shrunk_to_the_one_robot_that_makes_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(laws.LAWS, PLANTED, nobody_east)
-    time = breaks(Trial(CROWDED, PLANTED))
+    time = find_break_time(Trial(CROWDED, PLANTED))
     assert time is not None
     small = shrink(CROWDED, PLANTED, time, alone)
-    assert breaks(Trial(small, PLANTED)) is not None
+    assert find_break_time(Trial(small, PLANTED)) is not None
     assert size(small)[:3] == (1, 0, 1)
     assert size(small)[3] < size(CROWDED)[3]
     assert small.scenario.own_targets[0][0][0] > 5.0
@@ -72,12 +72,12 @@ def test_it_ends_when_told_to() -> None:
 
 
 def test_a_law_that_is_kept_is_not_broken_and_no_plan_is_found() -> None:
-    assert breaks(Trial(plan_of(), "no contact")) is None
-    assert first_of([Trial(plan_of(), "no contact")] * 3, workers=2, stop=lambda: False) is None
+    assert find_break_time(Trial(plan_of(), "no contact")) is None
+    assert find_first([Trial(plan_of(), "no contact")] * 3, workers=2, stop=lambda: False) is None
 
 
 def test_a_run_whose_time_is_up_has_not_broken_the_law_of_arriving() -> None:
-    assert breaks(Trial(plan_of(limit=2.0), "all arrive")) is None
+    assert find_break_time(Trial(plan_of(limit=2.0), "all arrive")) is None
 
 
 def test_the_law_broken_first_is_the_one_to_shrink_for() -> None:
@@ -118,7 +118,7 @@ def test_the_first_cut_is_the_boldest() -> None:
 
 def test_a_lane_cut_out_moves_what_is_beyond_it() -> None:
     raw = msgspec.to_builtins(plan_of(edits=[{"at": 9.0, "kind": "free", "low": [2.0, 2.0], "high": [4.0, 3.0]}]))
-    moved = [new["scenario"] for new in lanes(raw) if new["scenario"]["start"]["poses"][1][0] < 9.0]
+    moved = [new["scenario"] for new in cut_lanes(raw) if new["scenario"]["start"]["poses"][1][0] < 9.0]
     assert [len(scenario["map"]["text"].splitlines()[0]) for scenario in moved] == [24] * 6
     assert {tuple(scenario["start"]["poses"][1]) for scenario in moved} == {(7.8, 3.0, 3.0)}
     between = moved[1:3]  # the lanes from 2.4 m and from 3.6 m on: r1 stays, and the edit loses what is in them

@@ -6,8 +6,8 @@ import pytest
 from msgspec.structs import replace
 
 from swarm.messages.traffic import Claim, Entry, Epoch, JointPlan, Record
-from swarm.traffic.joint.member import named_leader, reason
-from swarm.traffic.joint.states import Following, Free, Memory, Speaks
+from swarm.traffic.joint.member import name_leader, reason_to_ask
+from swarm.traffic.joint.states import BroadcastTurn, FollowedPlan, Free, PlanningMemory
 from swarm.traffic.peers.situation import Situation
 from swarm.traffic.settings import TrafficConstants
 from tests.traffic.maps import Drawn
@@ -30,8 +30,8 @@ def why(own: Record, *fresh: Record) -> str | None:
     situation = Situation(
         tick=NOW, cells=LINE.cells, head=own.held[-1], goal=F, moved=own.moved, others=others, fresh=others
     )  # fmt: skip
-    speaks = Speaks(own.robot, own.held, own.ahead, own.waits, own.epoch, own.moved, situation)
-    return reason(speaks, SETTINGS)
+    speaks = BroadcastTurn(own.robot, own.held, own.ahead, own.waits, own.epoch, own.moved, situation)
+    return reason_to_ask(speaks, SETTINGS)
 
 
 MINE = record("r1", A, ahead=(B, C), waits=("r2",))
@@ -121,7 +121,7 @@ def test_a_robot_that_follows_a_plan_lets_it_take_its_time(name: str) -> None:
 
 
 # It may enter the first cell of its way once r1 has left the second of its own.
-FOLLOWER = Following(
+FOLLOWER = FollowedPlan(
     "r2",
     JointPlan(epoch=PLAN, ways={"r1": (A, B, C), "r2": (F, E)}, after={"r2": (Entry(1, "r1", 1),)}),
     ("r1", "r2"),
@@ -179,18 +179,18 @@ def test_nobody_comes_in_between_while_the_robot_waited_for_is_in_that_very_visi
 
 def test_a_leader_has_four_requests_without_an_answer_each_time() -> None:
     """It is named a fifth time, and is passed over for 100 ticks then."""
-    memory, free = Memory("r3", SETTINGS), Free()
+    memory, free = PlanningMemory("r3", SETTINGS), Free()
     near = at({name: record(name, A) for name in ("r1", "r2")})
     named = []
     for tick in (*range(NOW, NOW + 6), *range(NOW + 104, NOW + 111)):
-        free = named_leader(memory, free, near._replace(tick=tick))
+        free = name_leader(memory, free, near._replace(tick=tick))
         named.append(free.need)
     assert named == ["r1"] * 5 + ["r2"] * 2 + ["r1"] * 5 + ["r2"]
 
 
 def test_nobody_passes_itself_over() -> None:
-    memory, free = Memory("r1", SETTINGS), Free()
+    memory, free = PlanningMemory("r1", SETTINGS), Free()
     for tick in range(NOW, NOW + 9):
-        free = named_leader(memory, free, at({"r2": record("r2", A)}, tick=tick))
+        free = name_leader(memory, free, at({"r2": record("r2", A)}, tick=tick))
         assert free == Free("r1")
     assert not memory.passed_over

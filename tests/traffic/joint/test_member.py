@@ -4,8 +4,8 @@ import pytest
 from msgspec.structs import replace
 
 from swarm.messages.traffic import Collect, Epoch, JointPlan, Record
-from swarm.traffic.joint.member import called, plan_came, stood_in_vain
-from swarm.traffic.joint.states import Call, Free, Frozen, Memory, Move
+from swarm.traffic.joint.member import abandon_call, receive_plan, take_call
+from swarm.traffic.joint.states import Call, Free, Frozen, PlanningMemory, TransitionResult
 from swarm.traffic.peers.situation import Situation
 from swarm.traffic.settings import TrafficConstants
 from tests.traffic.maps import Drawn
@@ -15,8 +15,8 @@ NOW = 1000
 MINE, OLDER, OTHER = Epoch(990, "r2"), Epoch(980, "r2"), Epoch(990, "r4")
 
 
-def part(*spent: Epoch) -> Memory:
-    return Memory("r3", SETTINGS, spent={epoch.leader: epoch.tick for epoch in spent})
+def part(*spent: Epoch) -> PlanningMemory:
+    return PlanningMemory("r3", SETTINGS, spent={epoch.leader: epoch.tick for epoch in spent})
 
 
 def calls(epoch: Epoch, *members: str, by: str | None = None) -> Record:
@@ -50,22 +50,26 @@ CALLED: dict[str, tuple[Call, tuple[Record, ...], Epoch | None]] = {  # my call,
 @pytest.mark.parametrize("name", CALLED)
 def test_whose_call_a_robot_stands_for(name: str) -> None:
     mine, heard, epoch = CALLED[name]
-    assert called(part(), mine, situation(*heard)) == (None if epoch is None else Move(Frozen(epoch, NOW)))
+    assert take_call(part(), mine, situation(*heard)) == (
+        None if epoch is None else TransitionResult(Frozen(epoch, NOW))
+    )
 
 
 def test_a_call_that_was_left_is_followed_no_more() -> None:
-    assert called(part(MINE), Free(), situation(calls(MINE))) is None
-    assert called(part(MINE), Free(), situation(calls(MINE), calls(OTHER))) == Move(Frozen(OTHER, NOW))
+    assert take_call(part(MINE), Free(), situation(calls(MINE))) is None
+    assert take_call(part(MINE), Free(), situation(calls(MINE), calls(OTHER))) == TransitionResult(Frozen(OTHER, NOW))
 
 
 def test_only_the_plan_that_a_robot_stands_for_is_taken_over() -> None:
     plan, other = (JointPlan(epoch=epoch, ways={}, after={}) for epoch in (MINE, OLDER))
     mine, leader = Frozen(MINE, 995), calls(MINE)
-    assert plan_came(part(), mine, situation()) is None
-    assert plan_came(part(), mine, situation(leader)) is None
-    assert plan_came(part(), mine, situation(replace(leader, plan=other))) is None
-    assert plan_came(part(), mine, situation(replace(leader, plan=plan))) == Move(Free(), plan)
-    assert plan_came(part(), mine, situation(others=(replace(leader, plan=plan),))) == Move(Free(), plan), "relayed"
+    assert receive_plan(part(), mine, situation()) is None
+    assert receive_plan(part(), mine, situation(leader)) is None
+    assert receive_plan(part(), mine, situation(replace(leader, plan=other))) is None
+    assert receive_plan(part(), mine, situation(replace(leader, plan=plan))) == TransitionResult(Free(), plan)
+    assert receive_plan(part(), mine, situation(others=(replace(leader, plan=plan),))) == TransitionResult(
+        Free(), plan
+    ), "relayed"
 
 
 # fmt: off
@@ -83,5 +87,5 @@ STOOD: dict[str, tuple[tuple[Record, ...], int, bool]] = {  # what is heard, sin
 @pytest.mark.parametrize("name", STOOD)
 def test_a_robot_stands_as_long_as_its_leader_calls_but_not_for_ever(name: str) -> None:
     heard, ticks, stops = STOOD[name]
-    got = stood_in_vain(part(), Frozen(MINE, NOW - ticks), situation(*heard, others=(calls(MINE),)))
-    assert got == (Move(Free()) if stops else None)
+    got = abandon_call(part(), Frozen(MINE, NOW - ticks), situation(*heard, others=(calls(MINE),)))
+    assert got == (TransitionResult(Free()) if stops else None)

@@ -6,7 +6,7 @@ from functools import partial
 import pytest
 
 from swarm.messages.traffic import Record
-from swarm.traffic.joint.problem import RELAXATIONS, Displaced, Relaxation, Round, assign
+from swarm.traffic.joint.problem import RELAXATIONS, AvoidedCells, FallbackGoal, Relaxation, assign_goals
 from swarm.traffic.joint.protocol import JointPlanning
 from swarm.traffic.joint.states import Free
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
@@ -33,7 +33,7 @@ def test_the_silent_are_planned_round_only_where_they_must_be(where: str, round_
     joint = JointPlanning("r1", TrafficConstants(radio_range=8.0))
     joint.call = Free(need="r1")
     for tick in range(100, 200):
-        joint.take(situation(ROUND.cells, tick, start, goal, {"r9": silent}, {}))
+        joint.handle_occasion(situation(ROUND.cells, tick, start, goal, {"r9": silent}, {}))
         if joint.following is not None:
             break
     assert joint.following is not None
@@ -56,7 +56,7 @@ def test_the_silent_are_planned_round_only_where_they_must_be(where: str, round_
 def test_who_ends_where(wishes: str, idle: str, expected: str) -> None:
     heads = dict(zip(("r1", "r2"), ROW.at("ad"), strict=True))
     wanted = {robot: OUTSIDE if wish == "-" else ROW.at(wish)[0] for robot, wish in zip(heads, wishes, strict=True)}
-    goals = assign(ROW.cells, heads, wanted, (), {"r1": 0, "r2": 5}, idle=idle.split())
+    goals = assign_goals(ROW.cells, heads, wanted, (), {"r1": 0, "r2": 5}, idle=idle.split())
     assert (goals["r1"], goals["r2"]) == ROW.at(expected)
 
 
@@ -64,7 +64,7 @@ def test_who_ends_where(wishes: str, idle: str, expected: str) -> None:
 def test_who_is_done_does_not_take_a_place_from_which_another_looks(done: str, expected: str) -> None:
     heads = dict(zip(("r1", "r2"), ROW.at("bc"), strict=True))
     place, goal, blocked = ROW.at("ced")
-    goals = assign(ROW.cells, heads, {"r1": place, "r2": goal}, (blocked,), {"r1": 0, "r2": 0}, done.split())
+    goals = assign_goals(ROW.cells, heads, {"r1": place, "r2": goal}, (blocked,), {"r1": 0, "r2": 0}, done.split())
     assert (goals["r1"], goals["r2"]) == ROW.at(expected)
 
 
@@ -72,8 +72,8 @@ def test_who_is_idle_leaves_the_way_of_the_one_that_comes_and_nobody_else_does()
     """r1 comes to the end of a dead end in which r2 and r3 rest; deeper in it nobody is out of the way."""
     dead_end = Drawn("fdceg", "##b##", "##a##")
     heads = dict(zip(("r1", "r2", "r3", "r4"), dead_end.at("cabf"), strict=True))
-    for aside in Displaced:
-        goals = assign(
+    for aside in FallbackGoal:
+        goals = assign_goals(
             dead_end.cells, heads, heads | {"r1": heads["r2"]}, (), dict.fromkeys(heads, 0), idle=("r2", "r3", "r4"),
             aside=aside,
         )  # fmt: skip
@@ -83,7 +83,7 @@ def test_who_is_idle_leaves_the_way_of_the_one_that_comes_and_nobody_else_does()
 def test_who_waits_for_a_target_does_not_stand_in_the_way_to_it() -> None:
     dead_end = Drawn("fdceg", "##b##", "##a##")
     heads = dict(zip(("r1", "r2"), dead_end.at("cd"), strict=True))
-    goals = assign(dead_end.cells, heads, dict.fromkeys(heads, dead_end.at("a")[0]), (), dict.fromkeys(heads, 0))
+    goals = assign_goals(dead_end.cells, heads, dict.fromkeys(heads, dead_end.at("a")[0]), (), dict.fromkeys(heads, 0))
     assert tuple(goals.values()) == dead_end.at("ad")
 
 
@@ -112,10 +112,10 @@ def test_a_jam_is_called_unsolvable_only_where_each_was_planned_to_its_own_targe
         for number, (head, wish) in enumerate(zip(ROW_OF_FOUR.at(heads), ROW_OF_FOUR.at(wishes), strict=True), 1):
             x, y = ROW_OF_FOUR.cells.centre(head)
             others[f"r{number}"] = Record(
-                robot=f"r{number}", stamp=tick, x=x, y=y, goal=wish, held=(head,), frozen=joint.frozen
+                robot=f"r{number}", stamp=tick, x=x, y=y, goal=wish, held=(head,), frozen=joint.call_epoch
             )
         mine = others.pop("r1")
-        events += joint.take(
+        events += joint.handle_occasion(
             situation(ROW_OF_FOUR.cells, tick, mine.held[-1], mine.goal, dict(others), dict(others))
         ).events
     assert [(event.kind, event.robots) for event in events] == [(kind, who)]
@@ -134,7 +134,7 @@ def test_what_shuts_the_way_but_is_no_wall_makes_no_jam_unsolvable(what: str) ->
         events: list[TrafficNote] = []
         for tick in range(TICKS):
             x, y = square.cells.centre(b)
-            other = {"r2": Record(robot="r2", stamp=tick, x=x, y=y, goal=a, held=(b,), frozen=joint.frozen)}
+            other = {"r2": Record(robot="r2", stamp=tick, x=x, y=y, goal=a, held=(b,), frozen=joint.call_epoch)}
             cells = frozenset({c, d} if shut else ())
             centres = [(robot, *square.cells.centre(cell)) for robot, cell in (("r3", c), ("r4", d))]
             dead = {robot: Record(robot=robot, stamp=0, x=x, y=y, goal=-1) for robot, x, y in centres}
@@ -142,7 +142,7 @@ def test_what_shuts_the_way_but_is_no_wall_makes_no_jam_unsolvable(what: str) ->
             found = (
                 found._replace(blocked=cells) if what == "blocked" else found._replace(bodies=partial(frozenset, cells))
             )
-            events += joint.take(found).events
+            events += joint.handle_occasion(found).events
             if joint.following is not None:
                 break
         said[shut] = [(event.kind, joint.following is not None) for event in events]
@@ -159,11 +159,11 @@ def test_the_last_attempt_leads_into_a_cell_that_a_dead_body_may_have_left() -> 
     joint.call = Free(need="r1")
     for tick in range(TICKS):
         x, y = square.cells.centre(e)
-        other = {"r2": Record(robot="r2", stamp=tick, x=x, y=y, goal=a, held=(e,), frozen=joint.frozen)}
+        other = {"r2": Record(robot="r2", stamp=tick, x=x, y=y, goal=a, held=(e,), frozen=joint.call_epoch)}
         found = situation(square.cells, tick, a, e, other | {"r3": dead}, other)._replace(
             bodies=lambda: frozenset({d, f})
         )
-        events = joint.take(found).events
+        events = joint.handle_occasion(found).events
         if joint.following is not None:
             break
     assert [event.kind for event in events] == ["joint_plan"]
@@ -171,6 +171,6 @@ def test_the_last_attempt_leads_into_a_cell_that_a_dead_body_may_have_left() -> 
 
 def test_each_attempt_puts_another_question_the_whole_one_first() -> None:
     """The first also leads on through targets that robots share; the second is the same without."""
-    whole = Relaxation(Round.HELD, True, Displaced.NEAR)
+    whole = Relaxation(AvoidedCells.HELD, True, FallbackGoal.NEAR)
     assert RELAXATIONS[:2] == (whole._replace(through=True), whole)
     assert len(set(RELAXATIONS)) == len(RELAXATIONS)

@@ -4,7 +4,7 @@ import pytest
 from msgspec.structs import replace
 
 from swarm.messages.traffic import Claim, Epoch, JointPlan, Record
-from swarm.traffic.joint.states import Following
+from swarm.traffic.joint.states import FollowedPlan
 from swarm.traffic.peers.situation import Situation
 from swarm.traffic.reservations.route import RouteProgress
 from swarm.traffic.reservations.rules import Reservations
@@ -17,9 +17,9 @@ PLAN, NEWER, OLDER = Epoch(990, "r1"), Epoch(991, "r1"), Epoch(989, "r1")
 WAYS = {"r1": (A, B, C), "r2": (D, E, F), "r3": (F, E)}
 
 
-def following(*until: str, through: bool = False) -> Following:
+def following(*until: str, through: bool = False) -> FollowedPlan:
     plan = JointPlan(epoch=PLAN, ways=WAYS, after={}, until=until, through=through)
-    return Following("r2", plan, ("r1", "r2", "r3"), ADOPTED, 140, {})
+    return FollowedPlan("r2", plan, ("r1", "r2", "r3"), ADOPTED, 140, {})
 
 
 def record(robot: str = "r1", *, goal: int = C, late: int = 0, **fields: object) -> Record:

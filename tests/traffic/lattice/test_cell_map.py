@@ -11,25 +11,25 @@ from hypothesis import strategies as st
 from swarm.geometry import Pose, from_frame
 from swarm.maps.occupancy import OccupancyMap
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
-from swarm.traffic.lattice.discs import OPEN, measure
+from swarm.traffic.lattice.discs import OPEN, compute_flags
 from swarm.traffic.lattice.distances import FAR
 from swarm.traffic.lattice.placement import best_offset
-from swarm.traffic.own_route import own_way
+from swarm.traffic.own_route import find_own_way
 from tests.traffic.maps import BAY, SIDE, Drawn
 
 
 def test_a_disc_fits_only_in_held_cells_and_off_walls() -> None:
     a = BAY.at("a")[0]
     x, y = BAY.cells.centre(a)
-    assert BAY.cells.fits((a,), x, y, 0.3)
-    assert not BAY.cells.fits((a,), x + 0.4, y, 0.3)
-    assert BAY.cells.fits((a, a + 1), x + 0.4, y, 0.3)
+    assert BAY.cells.can_fit_disc((a,), x, y, 0.3)
+    assert not BAY.cells.can_fit_disc((a,), x + 0.4, y, 0.3)
+    assert BAY.cells.can_fit_disc((a, a + 1), x + 0.4, y, 0.3)
     fine = OccupancyMap(np.zeros((24, 24), dtype=np.uint8), 0.1)
     fine.cells[0:3, 0:3] = 1
     cells = CellMap(fine, side=1.2, radius=0.2)
     assert cells.stands[0]
-    assert not cells.fits((0,), 0.35, 0.35, 0.2)
-    assert cells.fits((0,), 0.6, 0.6, 0.2)
+    assert not cells.can_fit_disc((0,), 0.35, 0.35, 0.2)
+    assert cells.can_fit_disc((0,), 0.6, 0.6, 0.2)
 
 
 def test_distances_go_round_walls_and_what_is_shut() -> None:
@@ -54,7 +54,7 @@ def test_the_lattice_is_shifted_to_where_doors_open() -> None:
 
 def test_outside_is_no_cell() -> None:
     assert BAY.cells.cell_of(-0.1, 0.5) == OUTSIDE
-    assert OUTSIDE in BAY.cells.touched(0.1, 0.6, 0.2)
+    assert OUTSIDE in BAY.cells.cells_under_disc(0.1, 0.6, 0.2)
 
 
 # --- the same floor elsewhere, and turned ---
@@ -75,21 +75,21 @@ def test_a_floor_that_lies_elsewhere_and_turned_has_the_same_cells(
     point = from_frame(origin, x, y)
     assume(min(abs(v / SIDE - round(v / SIDE)) for v in (x, y, x - radius, x + radius, y - radius, y + radius)) > 1e-6)
     assert there.cell_of(*point) == here.cell_of(x, y)
-    held = here.touched(x, y, radius)
-    assert there.touched(*point, radius) == held
-    assert there.fits(held, *point, radius) is here.fits(held, x, y, radius)
+    held = here.cells_under_disc(x, y, radius)
+    assert there.cells_under_disc(*point, radius) == held
+    assert there.can_fit_disc(held, *point, radius) is here.can_fit_disc(held, x, y, radius)
     for cell in ROOMS.at("abcd"):
         assert there.centre(cell) == pytest.approx(from_frame(origin, *here.centre(cell)))
-        inside = from_frame(origin, *here.moved_inside(cell, (x, y), 0.25))
-        assert there.moved_inside(cell, point, 0.25) == pytest.approx(inside, abs=1e-6)
+        inside = from_frame(origin, *here.move_inside(cell, (x, y), 0.25))
+        assert there.move_inside(cell, point, 0.25) == pytest.approx(inside, abs=1e-6)
 
 
 @given(x=st.floats(-1.0, 8.0), y=st.floats(-1.0, 7.0), radius=st.floats(0.1, 0.55))
 def test_a_place_moved_into_a_cell_fits_and_is_no_farther_than_it_has_to_be(x: float, y: float, radius: float) -> None:
     cells = ROOMS.cells
     for cell in ROOMS.at("abcd"):
-        place = cells.moved_inside(cell, (x, y), radius)
-        assert cells.fits((cell,), *place, radius - 1e-6)
+        place = cells.move_inside(cell, (x, y), radius)
+        assert cells.can_fit_disc((cell,), *place, radius - 1e-6)
         x0, y0 = cells.centre(cell)
         room = SIDE / 2 - radius
         nearest = x0 + max(-room, min(room, x - x0)), y0 + max(-room, min(room, y - y0))
@@ -103,8 +103,8 @@ def test_a_place_beside_a_wall_inside_its_cell_is_moved_towards_the_middle() -> 
     cells = CellMap(OccupancyMap(solid, 0.6, Pose(0.0, 0.0, 0.0)), side=1.8, radius=0.1)
     cell = cells.cell_of(2.0, 2.0)
     x0, y0 = cells.centre(cell)
-    x, y = cells.moved_inside(cell, (1.8 + 0.65, 1.8 + 0.15), 0.1)
-    assert cells.fits((cell,), x, y, 0.1 - 1e-6)
+    x, y = cells.move_inside(cell, (1.8 + 0.65, 1.8 + 0.15), 0.1)
+    assert cells.can_fit_disc((cell,), x, y, 0.1 - 1e-6)
     assert hypot(x - x0, y - y0) < hypot(2.45 - x0, 1.95 - y0) + 1e-9
 
 
@@ -112,9 +112,9 @@ def test_the_place_to_lean_is_at_the_edge_to_the_next_cell() -> None:
     cells = ROOMS.cells
     a, b = ROOMS.at("ab")
     x, y = cells.centre(a)
-    assert cells.leaning(a, a + 1, 0.3) == pytest.approx((x + SIDE / 2 - 0.3, y))
-    assert cells.leaning(a, a - cells.columns, 0.3) == pytest.approx((x, y - SIDE / 2 + 0.3))
-    assert cells.leaning(a, a + 1, SIDE) == pytest.approx((x, y)), "a disc too large stays in the middle"
+    assert cells.leaning_point(a, a + 1, 0.3) == pytest.approx((x + SIDE / 2 - 0.3, y))
+    assert cells.leaning_point(a, a - cells.columns, 0.3) == pytest.approx((x, y - SIDE / 2 + 0.3))
+    assert cells.leaning_point(a, a + 1, SIDE) == pytest.approx((x, y)), "a disc too large stays in the middle"
     assert a + 3 == b
 
 
@@ -151,17 +151,17 @@ def test_of_two_places_the_nearer_is_chosen(drawn: Drawn) -> None:
 
 def test_the_cells_around_are_a_square_cut_at_the_edge() -> None:
     cells = Drawn("abcd", "efgh", "ijkl").cells  # row 0 is i to l
-    assert cells.around(5, 1) == [0, 1, 2, 4, 5, 6, 8, 9, 10]
-    assert cells.around(0, 1) == [0, 1, 4, 5]
-    assert cells.around(11, 1) == [6, 7, 10, 11]
-    assert cells.around(5, 0) == [5]
-    assert cells.around(5, 9) == list(range(12))
-    assert cells.around(OUTSIDE, 3) == []
+    assert cells.cells_around(5, 1) == [0, 1, 2, 4, 5, 6, 8, 9, 10]
+    assert cells.cells_around(0, 1) == [0, 1, 4, 5]
+    assert cells.cells_around(11, 1) == [6, 7, 10, 11]
+    assert cells.cells_around(5, 0) == [5]
+    assert cells.cells_around(5, 9) == list(range(12))
+    assert cells.cells_around(OUTSIDE, 3) == []
 
 
 def test_the_cells_beside_share_a_side_and_are_on_the_lattice() -> None:
     cells = Drawn("ab", "cd", "ef").cells  # row 0 is e and f
-    assert [cells.beside(cell) for cell in range(6)] == [[1, 2], [0, 3], [0, 3, 4], [1, 2, 5], [2, 5], [3, 4]]
+    assert [cells.adjacent_cells(cell) for cell in range(6)] == [[1, 2], [0, 3], [0, 3, 4], [1, 2, 5], [2, 5], [3, 4]]
 
 
 @pytest.mark.parametrize(
@@ -184,10 +184,10 @@ def test_a_body_passes_where_the_wall_along_a_common_side_leaves_it_room(
 def test_a_disc_swept_along_points_is_in_all_cells_it_touches_and_in_none_outside() -> None:
     cells = Drawn("abcd").cells
     x, y = cells.centre(0)
-    assert cells.swept([(x, y)], 0.3) == {0}
-    assert cells.swept([(x, y), (x + SIDE, y)], 0.3) == {0, 1}
-    assert cells.swept([(x + SIDE / 2, y)], 0.3) == {0, 1}
-    assert cells.swept([(x - SIDE / 2, y)], 0.3) == {0}
+    assert cells.swept_cells([(x, y)], 0.3) == {0}
+    assert cells.swept_cells([(x, y), (x + SIDE, y)], 0.3) == {0, 1}
+    assert cells.swept_cells([(x + SIDE / 2, y)], 0.3) == {0, 1}
+    assert cells.swept_cells([(x - SIDE / 2, y)], 0.3) == {0}
 
 
 @pytest.mark.parametrize(("x", "y"), [(0.0, 0.6), (1.2, 0.6), (0.6, 0.0), (0.6, 1.2)])
@@ -198,17 +198,17 @@ def test_a_disc_that_reaches_beyond_the_map_does_not_fit_though_its_cell_does(x:
     edge, held = max(abs(x - 0.6), abs(y - 0.6)), range(len(cells))
     for left, fits in ((0.21, True), (0.15, False)):
         share = 1.0 - left / edge
-        assert cells.fits(held, 0.6 + share * (x - 0.6), 0.6 + share * (y - 0.6), 0.2) is fits
+        assert cells.can_fit_disc(held, 0.6 + share * (x - 0.6), 0.6 + share * (y - 0.6), 0.2) is fits
 
 
 def test_joins_can_be_left_out() -> None:
     a, b = BAY.at("ab")
-    first = own_way(BAY.cells, a, b)[0]
-    shut = BAY.cells.without([(first, a)])
+    first = find_own_way(BAY.cells, a, b)[0]
+    shut = BAY.cells.without_joins([(first, a)])
     assert first not in shut.neighbours[a]
     assert a not in shut.neighbours[first]
     assert first in BAY.cells.neighbours[a], "the others stay as they are"
-    assert BAY.cells.without([]) is BAY.cells
+    assert BAY.cells.without_joins([]) is BAY.cells
 
 
 @pytest.mark.parametrize(
@@ -237,7 +237,7 @@ def test_a_place_beside_a_wall_moves_towards_the_middle_until_a_disc_fits(
         cells = CellMap(floor, side=1.2, radius=0.23)
         middle = cells.cell_of(1.8, 1.8)
         here, there = [(1.8, 1.8 + off) if turned else (1.8 + off, 1.8) for off in (wanted, got)]
-        assert cells.moved_inside(middle, here, 0.28) == pytest.approx(there)
+        assert cells.move_inside(middle, here, 0.28) == pytest.approx(there)
 
 
 @pytest.mark.parametrize("origin", [Pose(3.0, -7.0, 0.0), Pose(-2.0, 5.0, 0.7)])
@@ -248,15 +248,15 @@ def test_on_a_map_that_lies_elsewhere_and_turned_cells_are_the_same(origin: Pose
     assert here.neighbours == there.neighbours
     for x, y in ((0.6, 0.6), (1.1, 1.3), (2.3, 3.1), (4.5, 0.2)):
         moved = from_frame(origin, x, y)
-        assert set(here.touched(x, y, 0.23)) == set(there.touched(*moved, 0.23))
-        path = here.swept([(x, y), (x, y)], 0.23)
-        assert path == there.swept([moved, moved], 0.23) == set(here.touched(x, y, 0.23)) - {OUTSIDE}
+        assert set(here.cells_under_disc(x, y, 0.23)) == set(there.cells_under_disc(*moved, 0.23))
+        path = here.swept_cells([(x, y), (x, y)], 0.23)
+        assert path == there.swept_cells([moved, moved], 0.23) == set(here.cells_under_disc(x, y, 0.23)) - {OUTSIDE}
         assert here.cell_of(x, y) == there.cell_of(*moved)
         for other in ((3.3, 1.4), (0.5, 2.9), (4.3, 3.2)):
             assert here.in_sight((x, y), other) is there.in_sight(moved, from_frame(origin, *other))
         cell = here.cell_of(x, y)
-        assert there.moved_inside(cell, moved, 0.28) == pytest.approx(
-            from_frame(origin, *here.moved_inside(cell, (x, y), 0.28))
+        assert there.move_inside(cell, moved, 0.28) == pytest.approx(
+            from_frame(origin, *here.move_inside(cell, (x, y), 0.28))
         )
     assert not here.in_sight((1.1, 1.3), (3.3, 1.4))
 
@@ -282,7 +282,7 @@ def test_a_cell_is_open_if_it_is_all_on_the_map_and_nothing_solid_is_in_it(along
     """Counted fine cell by fine cell; cells of 1.2 m on a map of 4 m, twelve fine cells to a side."""
     solid = np.random.default_rng(3).random((40, 40)) < 0.003
     flags = np.zeros((4, 3, 3), np.bool_)
-    measure(np.pad(solid, 1, constant_values=True), 0.1, along, up, 1.2, 0.23, 0, 0, 3, 3, flags)
+    compute_flags(np.pad(solid, 1, constant_values=True), 0.1, along, up, 1.2, 0.23, 0, 0, 3, 3, flags)
     wide = np.pad(solid, 40, constant_values=True)
     low, left = 40 + round(up / 0.1), 40 + round(along / 0.1)
     blocks = [[wide[low + 12 * row :, left + 12 * column :][:12, :12] for column in range(3)] for row in range(3)]
@@ -325,14 +325,14 @@ def test_a_cell_that_reaches_into_a_wall_by_rounding_alone_is_open(side: str, ov
     along = {"left": 2.0 - over, "right": 2.0 + over}.get(side, 2.0)
     up = {"below": 2.0 - over, "above": 2.0 + over}.get(side, 2.0)
     flags = np.zeros((4, 1, 1), np.bool_)
-    measure(np.pad(solid, 1, constant_values=True), 1.0, along, up, 4.0, 0.5, 0, 0, 1, 1, flags)
+    compute_flags(np.pad(solid, 1, constant_values=True), 1.0, along, up, 4.0, 0.5, 0, 0, 1, 1, flags)
     assert bool(flags[OPEN, 0, 0]) is is_open
 
 
 def test_a_long_sweep_of_a_large_disc_is_in_all_cells() -> None:
     cells = CellMap(OccupancyMap(np.zeros((3, 400), np.uint8), SIDE), side=SIDE, radius=0.23)
     path = np.column_stack([np.linspace(SIDE, 399 * SIDE, 4000), np.full(4000, 1.5 * SIDE)])
-    assert cells.swept(path, 2 * SIDE) == set(range(1200))
+    assert cells.swept_cells(path, 2 * SIDE) == set(range(1200))
     assert cells.swept_in_order(path[:1], 0.1) == (400, 401)
     assert cells.swept_in_order(path[[-1, 0]], 0.1) == (798, 799, 400, 401)
 
@@ -389,7 +389,7 @@ def test_a_row_counts_from_half_a_cell_on_but_for_rounding(fine: float, count: i
 def test_one_point_is_swept_as_many_are() -> None:
     cells = Drawn("abcd").cells
     x, y = cells.centre(0)
-    assert cells.swept([(x + SIDE * (k // 50), y) for k in range(100)], 0.3) == {0, 1}
+    assert cells.swept_cells([(x + SIDE * (k // 50), y) for k in range(100)], 0.3) == {0, 1}
 
 
 @pytest.mark.parametrize(
@@ -398,5 +398,5 @@ def test_one_point_is_swept_as_many_are() -> None:
 def test_a_cell_partly_off_a_free_map_is_not_open(along: float, up: float, is_open: bool) -> None:
     flags = np.zeros((4, 1, 1), np.bool_)
     free = np.pad(np.zeros((4, 4), np.bool_), 1, constant_values=True)
-    measure(free, 1.0, float(along), float(up), 4.0, 0.5, 0, 0, 1, 1, flags)
+    compute_flags(free, 1.0, float(along), float(up), 4.0, 0.5, 0, 0, 1, 1, flags)
     assert bool(flags[OPEN, 0, 0]) is is_open

@@ -92,7 +92,7 @@ def test_a_disc_touches_the_cells_that_it_overlaps(offset: Point, x: float, y: f
         assume(abs(gap - radius) > HAIR)
         if gap < radius:
             overlapped.append(cell)
-    touched = cells.touched(x, y, radius)
+    touched = cells.cells_under_disc(x, y, radius)
     assert [cell for cell in touched if cell != OUTSIDE] == overlapped
     x0, y0 = offset
     inside = min(x - x0, y - y0, x0 + cells.columns * SIDE - x, y0 + cells.rows * SIDE - y)
@@ -105,11 +105,11 @@ def test_a_disc_fits_where_all_it_touches_is_held_and_no_wall_is_in_it(
     floor: OccupancyMap, offset: Point, x: float, y: float, radius: float, data: st.DataObject
 ) -> None:
     cells = lattice(floor, offset)
-    touched = cells.touched(x, y, radius)
+    touched = cells.cells_under_disc(x, y, radius)
     free = clear(solid_of(floor), [(x, y)], radius)
     held = {*touched, data.draw(st.integers(0, len(cells) - 1))} - {OUTSIDE}  # which nobody holds
-    assert cells.fits(held, x, y, radius) is (free and OUTSIDE not in touched)
-    assert not cells.fits(held - {data.draw(st.sampled_from(touched))}, x, y, radius)
+    assert cells.can_fit_disc(held, x, y, radius) is (free and OUTSIDE not in touched)
+    assert not cells.can_fit_disc(held - {data.draw(st.sampled_from(touched))}, x, y, radius)
 
 
 @given(floors, st.floats(0.0, WIDTH), st.floats(0.0, HEIGHT), st.floats(0.0, WIDTH), st.floats(0.0, HEIGHT))
@@ -139,8 +139,8 @@ def test_an_unknown_square_is_solid_unless_it_is_taken_for_free(
         other = CellMap(with_(kind), side=SIDE, radius=0.2)
         assert (one.stands, one.neighbours) == (other.stands, other.neighbours)
         x, y = data.draw(st.tuples(st.floats(0.3, WIDTH - 0.3), st.floats(0.3, HEIGHT - 0.3)))
-        held = one.touched(x, y, 0.2)
-        assert one.fits(held, x, y, 0.2) is other.fits(held, x, y, 0.2)
+        held = one.cells_under_disc(x, y, 0.2)
+        assert one.can_fit_disc(held, x, y, 0.2) is other.can_fit_disc(held, x, y, 0.2)
 
 
 blocks = st.tuples(
@@ -159,12 +159,12 @@ def test_cells_after_edits_are_those_made_anew(
     for a, b, c, d, kind in edits:
         low, high = (min(a, b), min(c, d)), (max(a, b), max(c, d))
         floor, before = with_block(floor, low, high, kind), cells
-        cells, again = cells.changed(floor, low, high), made(floor)
+        cells, again = cells.update_cells(floor, low, high), made(floor)
         assert (cells.stands, cells.neighbours) == (again.stands, again.neighbours)
         assert (cells.neighbours is before.neighbours) is (again.neighbours == before.neighbours)
         for cell in range(len(cells)):
             x, y = cells.centre(cell)
-            assert cells.fits((cell,), x, y, 0.2) is again.fits((cell,), x, y, 0.2)
+            assert cells.can_fit_disc((cell,), x, y, 0.2) is again.can_fit_disc((cell,), x, y, 0.2)
 
 
 @given(floors, offsets, st.data())
@@ -189,7 +189,7 @@ def test_parted_cells_are_no_neighbours_and_no_way_leads_from_one_to_the_other(
     assume(pairs)
     a, b = data.draw(st.sampled_from(pairs))
     assert cells.distances(b)[a] == 1
-    parted = cells.without([(a, b)])
+    parted = cells.without_joins([(a, b)])
     assert parted.distances(b)[a] != 1, "what was counted before is forgotten"
     assert cells.distances(b)[a] == 1, "the cells it was made of stay as they are"
     for cell, near in enumerate(cells.neighbours):
@@ -204,7 +204,7 @@ def test_two_cells_are_of_one_piece_exactly_if_a_way_joins_them_also_when_cells_
     cells = lattice(floor, (0.0, 0.0))
     pairs = [(a, b) for a, near in enumerate(cells.neighbours) for b in near]
     shut = data.draw(st.lists(st.sampled_from(pairs), max_size=9)) if pairs else []
-    for one in (cells, cells.without(shut)):
+    for one in (cells, cells.without_joins(shut)):
         assert one.pieces[OUTSIDE] == OUTSIDE
         for cell in range(len(one)):
             same = [other for other in range(len(one)) if one.pieces[other] == one.pieces[cell]]

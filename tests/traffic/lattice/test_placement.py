@@ -21,13 +21,13 @@ from swarm.traffic.lattice.placement import (
     UNHEARD,
     best_offset,
     cells_of,
+    cells_of_learned_floor,
     cells_within,
     comes_near,
-    learned_cells,
-    short_of,
+    distance_to_stop,
+    remove_unheard_joins,
     traffic_settings,
     with_lattice,
-    without_unheard,
 )
 from swarm.traffic.settings import TrafficConstants
 from tests.shared import scenario_of
@@ -210,7 +210,7 @@ def test_a_map_with_cells_as_large_is_its_own_lattice() -> None:
 @pytest.mark.parametrize("given", [{}, {"cell": 1.2}, {"offset": (0.0, 0.0)}])
 def test_cells_without_a_place_are_refused(given: dict[str, Any]) -> None:
     settings = mission(traffic=LatticeSettings(**given))
-    for make in (cells_of, learned_cells):
+    for make in (cells_of, cells_of_learned_floor):
         with pytest.raises(ConfigError):
             make(floor_of(4.0, 3.0), settings)
 
@@ -219,7 +219,7 @@ def test_to_one_robots_own_map_unknown_floor_is_free() -> None:
     floor = floor_of(2.4, 1.2)
     floor.cells[:] = UNKNOWN
     settings = mission(traffic=LatticeSettings(cell=1.2, offset=(0.0, 0.0)))
-    cells = learned_cells(floor, settings)
+    cells = cells_of_learned_floor(floor, settings)
     assert (cells.stands, cells.radius, cells.side, cells.offset) == ((True, True), FITS, 1.2, (0.0, 0.0))
     assert not any(cells_of(floor, settings).stands)
 
@@ -319,8 +319,8 @@ def test_what_is_off_the_map_is_no_cell_to_start_from() -> None:
 def test_how_far_short_of_a_stop_a_robot_stands() -> None:
     """0.28 m of body and margins fit in a half cell of 0.6 m; it stops within 0.04 m of its place."""
     for x, short in ((1.8, 0.04), (2.1, 0.04), (2.2, 0.12), (1.3, 0.22)):
-        assert short_of(ROW.cells, (x, 0.6), mission()) == pytest.approx(short)
-    assert short_of(Drawn("##").cells, (0.6, 0.6), mission()) == inf
+        assert distance_to_stop(ROW.cells, (x, 0.6), mission()) == pytest.approx(short)
+    assert distance_to_stop(Drawn("##").cells, (0.6, 0.6), mission()) == inf
 
 
 def test_cells_within_a_box_are_those_with_their_middle_in_it() -> None:
@@ -356,7 +356,7 @@ def test_a_map_of_squares_that_a_robot_can_turn_in_is_its_own_lattice_and_leaves
         )  # fmt: skip
         cells = cells_of(drawn.map, drawn.settings)
         assert sum(cells.stands) == 11
-        assert not cells.leaves_out
+        assert not cells.has_unused_floor
         assert comes_near(
             cells, (1.5 * given_side, 1.5 * given_side), (5.5 * given_side, 1.5 * given_side), drawn.settings
         )
@@ -364,9 +364,9 @@ def test_a_map_of_squares_that_a_robot_can_turn_in_is_its_own_lattice_and_leaves
 
 def test_a_lattice_that_a_wall_reaches_into_leaves_floor_out() -> None:
     shifted = scenario_of(SQUARES, map={"text": SQUARES, "cell": 1.2}, traffic={"cell": 1.2, "offset": [0.0, 0.0]})
-    assert not cells_of(shifted.map, shifted.settings).leaves_out
+    assert not cells_of(shifted.map, shifted.settings).has_unused_floor
     shifted = scenario_of(SQUARES, map={"text": SQUARES, "cell": 1.2}, traffic={"cell": 1.2, "offset": [-0.3, 0.0]})
-    assert cells_of(shifted.map, shifted.settings).leaves_out
+    assert cells_of(shifted.map, shifted.settings).has_unused_floor
 
 
 CORNER = Drawn("ab#", "#cd", "##e")
@@ -376,7 +376,7 @@ STRAIGHT = Drawn("abc")
 
 def joins(drawn: Drawn, room: float) -> set[str]:
     """Return the joined pairs by name, each once."""
-    cells = without_unheard(drawn.cells, room)
+    cells = remove_unheard_joins(drawn.cells, room)
     names = dict(zip(drawn.at("".join(drawn.names)), drawn.names, strict=True))
     pairs = {(cell, near) for cell in names for near in cells.neighbours[cell]}
     assert pairs == {(near, cell) for cell, near in pairs}

@@ -2,7 +2,7 @@
 
 import pytest
 
-from swarm.traffic.mapf.check import faults
+from swarm.traffic.mapf.check import list_plan_faults
 
 #  3 4 5
 #  0 1 2      all joined as a grid
@@ -11,7 +11,7 @@ JOINED = {0: (1, 3), 1: (0, 2, 4), 2: (1, 5), 3: (0, 4), 4: (1, 3, 5), 5: (2, 4)
 
 def test_a_good_plan_has_no_fault() -> None:
     plan = [(0, 2), (1, 5), (4, 2), (4, 1)]
-    assert faults(plan, starts=(0, 2), goals=(4, 1), joined=JOINED) == []
+    assert list_plan_faults(plan, starts=(0, 2), goals=(4, 1), joined=JOINED) == []
 
 
 @pytest.mark.parametrize(
@@ -34,9 +34,9 @@ def test_a_good_plan_has_no_fault() -> None:
 )  # fmt: skip
 def test_bad_plans_are_found_out(plan: list[tuple[int, ...]], told: list[str]) -> None:
     starts, goals = (plan[0], plan[-1]) if plan else ((), ())
-    assert sorted(faults(plan, starts=starts, goals=goals, joined=JOINED)) == sorted(told)
+    assert sorted(list_plan_faults(plan, starts=starts, goals=goals, joined=JOINED)) == sorted(told)
 
 
 def test_wrong_start_and_goal() -> None:
-    found = faults([(0,), (1,), (2,)], starts=(3,), goals=(4,), joined=JOINED)
+    found = list_plan_faults([(0,), (1,), (2,)], starts=(3,), goals=(4,), joined=JOINED)
     assert found == ["starts at (0,), not at (3,)", "ends at (2,), not at (4,)"]

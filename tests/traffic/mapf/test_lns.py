@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 
 from swarm.traffic.lattice.cell_map import CellMap
 from swarm.traffic.mapf import planner as joint_search
-from swarm.traffic.mapf.check import faults
-from swarm.traffic.mapf.lacam import Search, SearchState, Steps
-from swarm.traffic.mapf.lns import MOST_OUT, Improving
-from swarm.traffic.mapf.pibt import Configuration, Ties
+from swarm.traffic.mapf.check import list_plan_faults
+from swarm.traffic.mapf.lacam import LacamSearch, SearchState, Steps
+from swarm.traffic.mapf.lns import MOST_OUT, PlanImprover
+from swarm.traffic.mapf.pibt import Configuration, TieBreak
 from swarm.traffic.mapf.planner import Budget, JointSearch
 from swarm.traffic.mapf.schedule import (
     ARRIVES,
@@ -24,9 +24,9 @@ from swarm.traffic.mapf.schedule import (
     POPS,
     WIDER,
     Schedule,
-    duration,
-    pace,
-    scheduled,
+    makespan_and_flowtime,
+    move_time,
+    schedule_plan,
 )
 from tests.traffic.maps import Drawn
 
@@ -65,7 +65,7 @@ def tables_of(cells: CellMap, goals: Configuration) -> list[Sequence[int]]:
 def plan_of(cells: CellMap, starts: Configuration, goals: Configuration, seed: int) -> Steps:
     """Search for any plan, with random ties: a poor one."""
     tables = tables_of(cells, goals)
-    search = Search(cells.neighbours, tables, starts, goals, ties=Ties.RANDOM, random=Random(f"plan {seed}"))
+    search = LacamSearch(cells.neighbours, tables, starts, goals, ties=TieBreak.RANDOM, random=Random(f"plan {seed}"))
     while search.advance(1_000) is SearchState.RUNNING:
         pass
     assert search.state is SearchState.SOLVED
@@ -77,11 +77,11 @@ def test_a_changed_plan_still_leads_through_what_robots_visit(data: st.DataObjec
     cells, starts, goals = crowd(data, 4)
     visits = data.draw(st.sampled_from(starts + goals))
     tables, vias = tables_of(cells, goals), [cells.distances(visits)] * len(starts)
-    search = Search(cells.neighbours, tables, starts, goals, ties=Ties.RANDOM, random=Random(seed), vias=vias)
+    search = LacamSearch(cells.neighbours, tables, starts, goals, ties=TieBreak.RANDOM, random=Random(seed), vias=vias)
     while search.advance(1_000) is SearchState.RUNNING:
         pass
     assert search.state is SearchState.SOLVED
-    found = Improving(cells.neighbours, tables, Random(seed), vias).changed(scheduled(search.steps))
+    found = PlanImprover(cells.neighbours, tables, Random(seed), vias).replan_robots(schedule_plan(search.steps))
     for steps in (search.steps, found and found.steps()):
         if steps is not None:
             assert_plan(cells, steps, (starts, goals))
@@ -89,8 +89,8 @@ def test_a_changed_plan_still_leads_through_what_robots_visit(data: st.DataObjec
 
 
 def changed(cells: CellMap, steps: Steps, random: Random) -> tuple[Schedule | None, int]:
-    improving = Improving(cells.neighbours, tables_of(cells, steps[-1]), random)
-    return improving.changed(scheduled(steps)), improving.pops
+    improving = PlanImprover(cells.neighbours, tables_of(cells, steps[-1]), random)
+    return improving.replan_robots(schedule_plan(steps)), improving.pops
 
 
 def way_of(plan: Schedule, robot: int) -> list[int]:
@@ -112,12 +112,12 @@ def searched(cells: CellMap, starts: Configuration, goals: Configuration, seed: 
         pass
     assert result.order is not None
     assert_plan(cells, result.steps, (starts, goals))
-    return duration(result.steps)
+    return makespan_and_flowtime(result.steps)
 
 
 def assert_plan(cells: CellMap, steps: Steps, ends: tuple[Configuration, Configuration]) -> None:
     joined = {cell: cells.neighbours[cell] for cell in range(len(cells)) if cells.stands[cell]}
-    assert faults(steps, starts=ends[0], goals=ends[1], joined=joined) == []
+    assert list_plan_faults(steps, starts=ends[0], goals=ends[1], joined=joined) == []
 
 
 def crowd(data: st.DataObject, most: int) -> tuple[CellMap, Configuration, Configuration]:
@@ -153,7 +153,7 @@ def quickest(cells: CellMap, ends: tuple[int, int], taken: Sequence[tuple[int, f
             return best
         until = min((begin for cell, begin, _ in taken if cell == way[-1] and begin >= now), default=inf)
         for other in cells.neighbours[way[-1]]:
-            lasts = pace(way[-2] if len(way) > 1 else way[-1], way[-1], other)
+            lasts = move_time(way[-2] if len(way) > 1 else way[-1], way[-1], other)
             begins = {now} | {end for cell, _, end in taken if cell == other and end >= now}
             for begin in sorted(begins):
                 arrives = begin + lasts
@@ -177,9 +177,9 @@ def test_a_changed_plan_is_a_plan(data: st.DataObject, seed: int) -> None:
     if found is not None and again is not None:
         steps = found.steps()
         assert steps == again.steps()
-        assert max(found.lengths) <= WIDER * max(scheduled(before).lengths)
+        assert max(found.lengths) <= WIDER * max(schedule_plan(before).lengths)
         assert_plan(cells, steps, (starts, goals))
-        assert duration(steps) == pytest.approx((found.last, found.total))
+        assert makespan_and_flowtime(steps) == pytest.approx((found.last, found.total))
 
 
 @given(st.data(), st.integers(0, 99))
@@ -195,7 +195,7 @@ def test_an_improved_plan_is_never_slower(data: st.DataObject, seed: int) -> Non
 def test_a_new_way_is_one_of_the_quick_ones(data: st.DataObject, seed: int) -> None:
     """The steps left count as whole ones though corners are cut: that much longer than all that there are it may be."""
     cells, starts, goals = crowd(data, 3)
-    before = scheduled(plan_of(cells, starts, goals, seed))
+    before = schedule_plan(plan_of(cells, starts, goals, seed))
     robot = data.draw(st.integers(0, len(starts) - 1))
     found, _ = changed(cells, before.steps(), Takes(robot, seed))
     assert found is not None
@@ -228,7 +228,7 @@ def test_two_come_within_a_step_of_the_best_plan_there_is(drawn: Drawn, starts: 
     cells, ends = drawn.cells, (drawn.at(starts), drawn.at(goals))
     mine, theirs = ([start] * longest + [goal] for start, goal in zip(*ends, strict=True))
     pairs = ((one, other) for one in every_way(cells, mine, []) for other in every_way(cells, theirs, [one]))
-    best = min(duration(list(zip(*pair, strict=True))) for pair in pairs)
+    best = min(makespan_and_flowtime(list(zip(*pair, strict=True))) for pair in pairs)
     found = searched(cells, *ends, 1)
     assert best <= (found[0] + 1e-9, found[1])
     assert found[0] <= best[0] + 1.0

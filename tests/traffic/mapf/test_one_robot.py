@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from swarm.traffic.lattice.distances import FAR
-from swarm.traffic.mapf.check import faults
+from swarm.traffic.mapf.check import list_plan_faults
 from swarm.traffic.mapf.lacam import SearchState
 from swarm.traffic.mapf.one_robot import OneRobot
 from tests.traffic.maps import Drawn
@@ -58,7 +58,7 @@ def test_a_plan_is_found_exactly_where_one_robot_can_get(floor: tuple[str, ...],
         return
     assert search.state is SearchState.SOLVED
     joined = {cell: drawn.cells.neighbours[cell] for cell in cells}
-    assert faults(search.steps, starts=starts, goals=search.steps[-1], joined=joined) == []
+    assert list_plan_faults(search.steps, starts=starts, goals=search.steps[-1], joined=joined) == []
     assert search.steps[-1][robot] == goal
 
 

@@ -6,15 +6,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from swarm.traffic.mapf.pibt import Configuration, StepGenerator, Ties
-from swarm.traffic.mapf.schedule import BACK, CORNER, duration
+from swarm.traffic.mapf.pibt import Configuration, StepGenerator, TieBreak
+from swarm.traffic.mapf.schedule import BACK, CORNER, makespan_and_flowtime
 from tests.traffic.maps import Drawn
 
 FLOORS = (Drawn("....", "....", "...."), Drawn("..#.", ".#..", "...."), Drawn("#.##.", ".....", "#.##."))
 LIMIT = 60  # steps
 
 
-def generator(floor: Drawn, goals: Configuration, ties: Ties, seed: int) -> StepGenerator:
+def generator(floor: Drawn, goals: Configuration, ties: TieBreak, seed: int) -> StepGenerator:
     tables = [floor.cells.distances(goal) for goal in goals]
     return StepGenerator(floor.cells.neighbours, tables, goals, ties=ties, random=Random(seed))
 
@@ -32,7 +32,7 @@ def assert_can_be_done(floor: Drawn, before: Configuration, after: Configuration
         assert cell != first, "a ring"
 
 
-crowds = st.tuples(st.sampled_from(FLOORS), st.integers(0, 1000), st.sampled_from(Ties)).flatmap(
+crowds = st.tuples(st.sampled_from(FLOORS), st.integers(0, 1000), st.sampled_from(TieBreak)).flatmap(
     lambda drawn: st.tuples(
         st.just(drawn),
         st.permutations([cell for cell, near in enumerate(drawn[0].cells.neighbours) if near]),
@@ -44,7 +44,7 @@ crowds = st.tuples(st.sampled_from(FLOORS), st.integers(0, 1000), st.sampled_fro
 
 @given(crowds, st.data())
 def test_a_step_can_be_done_obeys_and_leaves_nothing_behind(
-    crowd: tuple[tuple[Drawn, int, Ties], list[int], list[int], int], data: st.DataObject
+    crowd: tuple[tuple[Drawn, int, TieBreak], list[int], list[int], int], data: st.DataObject
 ) -> None:
     (floor, seed, ties), starts, goals, robots = crowd
     at, wanted = tuple(starts[:robots]), tuple(goals[:robots])
@@ -67,7 +67,7 @@ def test_a_step_can_be_done_obeys_and_leaves_nothing_behind(
 
 @given(crowds)
 def test_who_comes_first_comes_nearer_on_an_open_floor(
-    crowd: tuple[tuple[Drawn, int, Ties], list[int], list[int], int],
+    crowd: tuple[tuple[Drawn, int, TieBreak], list[int], list[int], int],
 ) -> None:
     (_, seed, ties), _, _, robots = crowd
     floor, chance = FLOORS[0], Random(seed)
@@ -89,9 +89,9 @@ SWAPS = {  # a map: where two stand, who change places; the most steps it takes,
 # fmt: on
 
 
-@pytest.mark.parametrize("ties", [Ties.RANDOM, Ties.STRAIGHT])
+@pytest.mark.parametrize("ties", [TieBreak.RANDOM, TieBreak.STRAIGHT])
 @pytest.mark.parametrize("name", SWAPS)
-def test_two_in_a_passage_change_places_where_it_widens(name: str, ties: Ties) -> None:
+def test_two_in_a_passage_change_places_where_it_widens(name: str, ties: TieBreak) -> None:
     floor, letters, most = SWAPS[name]
     starts, goals = floor.at(letters), floor.at(letters[::-1])
     for seed in range(6):
@@ -107,10 +107,10 @@ def test_two_in_a_passage_change_places_where_it_widens(name: str, ties: Ties) -
 def test_who_goes_straight_on_does_so_where_all_ways_are_as_good() -> None:
     floor = Drawn("...", "...", "...")
     for seed in range(20):
-        stepping = generator(floor, (8,), Ties.STRAIGHT, seed)
+        stepping = generator(floor, (8,), TieBreak.STRAIGHT, seed)
         assert stepping.step((1,), (0,), (0,), ()) == (2,)
         assert stepping.step((3,), (0,), (0,), ()) == (6,)
-    by_chance = {generator(floor, (8,), Ties.RANDOM, seed).step((1,), (0,), (0,), ()) for seed in range(20)}
+    by_chance = {generator(floor, (8,), TieBreak.RANDOM, seed).step((1,), (0,), (0,), ()) for seed in range(20)}
     assert by_chance == {(2,), (4,)}
 
 
@@ -132,4 +132,4 @@ DURATIONS: dict[str, tuple[list[Configuration], tuple[float, float]]] = {  # ste
 @pytest.mark.parametrize("name", DURATIONS)
 def test_how_long_a_plan_takes_is_counted_in_steps_turns_and_waits(name: str) -> None:
     steps, expected = DURATIONS[name]
-    assert duration(steps) == pytest.approx(expected)
+    assert makespan_and_flowtime(steps) == pytest.approx(expected)

@@ -11,12 +11,12 @@ from swarm.traffic.lattice.cell_map import CellMap
 from swarm.traffic.lattice.distances import FAR
 from swarm.traffic.mapf import planner as joint_search
 from swarm.traffic.mapf.best_first import BestFirst
-from swarm.traffic.mapf.check import faults
-from swarm.traffic.mapf.lacam import Search, SearchState, without_detours
-from swarm.traffic.mapf.pibt import Ties
-from swarm.traffic.mapf.planner import Budget, JointSearch, Outcome, Result
+from swarm.traffic.mapf.check import list_plan_faults
+from swarm.traffic.mapf.lacam import LacamSearch, SearchState, remove_detours
+from swarm.traffic.mapf.pibt import TieBreak
+from swarm.traffic.mapf.planner import Budget, JointSearch, SearchOutcome, SearchResult
 from swarm.traffic.mapf.precedence import order_of
-from swarm.traffic.mapf.schedule import Schedule, duration
+from swarm.traffic.mapf.schedule import Schedule, makespan_and_flowtime
 from tests.shared import needs_data
 from tests.traffic.maps import BAY, HARD, RING, TREE, Drawn, public
 
@@ -32,17 +32,17 @@ def search(
     budget: Budget,
     share: int = 100,
     eager: Sequence[int] | None = None,
-) -> Result:
+) -> SearchResult:
     """Search to the end, a share at a time; a plan that comes out is a good one."""
     tables = [cells.distances(goal) for goal in goals]
     searching = JointSearch(cells.neighbours, tables, starts, goals, budget=budget, random=Random(1), eager=eager)
     result = None
     while result is None:
         result = searching.advance(share)
-    if result.outcome is Outcome.SOLVED:
-        assert faults(result.steps, starts=starts, goals=goals, joined=joined(cells)) == []
+    if result.outcome is SearchOutcome.SOLVED:
+        assert list_plan_faults(result.steps, starts=starts, goals=goals, joined=joined(cells)) == []
         assert result.order is not None
-        duration(result.steps)  # raises where the order runs in a circle
+        makespan_and_flowtime(result.steps)  # raises where the order runs in a circle
     return result
 
 
@@ -52,7 +52,7 @@ def search(
     ids=["bay", "bay with a rester", "tree", "tree, all swap", "ring"],
 )
 def test_small_maps_are_solved(drawn: Drawn, starts: str, goals: str) -> None:
-    assert search(drawn.cells, drawn.at(starts), drawn.at(goals), Budget()).outcome is Outcome.SOLVED
+    assert search(drawn.cells, drawn.at(starts), drawn.at(goals), Budget()).outcome is SearchOutcome.SOLVED
 
 
 @needs_data
@@ -63,7 +63,7 @@ def test_hard_maps_are_solved(name: str) -> None:
     assert len(starts) == robots
     tables = [drawn.cells.distances(goal) for goal in goals]
     assert sum(table[start] for table, start in zip(tables, starts, strict=True)) >= bound
-    assert search(drawn.cells, starts, goals, Budget(starts=4)).outcome is Outcome.SOLVED
+    assert search(drawn.cells, starts, goals, Budget(starts=4)).outcome is SearchOutcome.SOLVED
 
 
 @needs_data
@@ -71,7 +71,7 @@ def test_hard_maps_are_solved(name: str) -> None:
 def test_fifty_robots_are_solved_at_the_first_start(name: str) -> None:
     drawn, starts, goals = public(name, 50)
     result = search(drawn.cells, starts, goals, Budget(starts=1))
-    assert result.outcome is Outcome.SOLVED
+    assert result.outcome is SearchOutcome.SOLVED
     assert result.expansions < 300
 
 
@@ -79,7 +79,7 @@ def test_a_pair_that_cannot_pass_is_named() -> None:
     """Two swap in a corridor without a bay; bystanders elsewhere would make an exhaustive search hopeless."""
     drawn = Drawn("########", "a......b", "########", "c...d...", "e...f...", "........")
     result = search(drawn.cells, drawn.at("cdefab"), drawn.at("dcfeba"), Budget())
-    assert result.outcome is Outcome.UNSOLVABLE
+    assert result.outcome is SearchOutcome.UNSOLVABLE
     assert result.who == (4, 5)
 
 
@@ -87,11 +87,11 @@ def test_a_group_that_cannot_all_arrive_is_found_by_exhaustion() -> None:
     """Three that reverse their order need two bays; each pair alone could do with the one there is."""
     drawn = Drawn("#####", "abc..", "###.#")
     result = search(drawn.cells, drawn.at("abc"), drawn.at("cba"), Budget(expansions=200_000))
-    assert result.outcome in {Outcome.SOLVED, Outcome.FOR_ONE}
+    assert result.outcome in {SearchOutcome.SOLVED, SearchOutcome.FOR_ONE}
     full = Drawn("####", "abc.", "####")
-    assert search(full.cells, full.at("abc"), full.at("acb"), Budget()).outcome is Outcome.FOR_ONE
+    assert search(full.cells, full.at("abc"), full.at("acb"), Budget()).outcome is SearchOutcome.FOR_ONE
     result = search(full.cells, full.at("abc"), full.at("acb"), Budget(), eager=(2,))
-    assert result.outcome is Outcome.UNSOLVABLE
+    assert result.outcome is SearchOutcome.UNSOLVABLE
     assert result.who == (0, 1, 2)
 
 
@@ -99,18 +99,18 @@ def test_who_only_makes_room_is_like_any_other() -> None:
     """For f to pass, five would have to be on this side of the fork, which has four cells: proven within the budget."""
     drawn = Drawn("e.bf", ".#h#", "g#di", "ac##")
     result = search(drawn.cells, drawn.at("abcdef"), drawn.at("ahgdic"), Budget(), eager=(5,))
-    assert result.outcome is Outcome.UNSOLVABLE
+    assert result.outcome is SearchOutcome.UNSOLVABLE
 
 
 def test_out_of_budget_is_not_called_unsolvable() -> None:
     result = search(BAY.cells, BAY.at("ab"), BAY.at("ba"), Budget(expansions=3))
-    assert result.outcome is Outcome.NOT_FOUND
+    assert result.outcome is SearchOutcome.NOT_FOUND
 
 
 def test_a_goal_that_no_way_leads_to() -> None:
     drawn = Drawn("a#b")
     assert drawn.cells.distances(drawn.at("b")[0])[drawn.at("a")[0]] == FAR
-    assert search(drawn.cells, drawn.at("a"), drawn.at("b"), Budget()).outcome is Outcome.UNSOLVABLE
+    assert search(drawn.cells, drawn.at("a"), drawn.at("b"), Budget()).outcome is SearchOutcome.UNSOLVABLE
 
 
 def test_a_goal_that_no_way_leads_to_is_known_without_a_search() -> None:
@@ -122,7 +122,7 @@ def test_a_goal_that_no_way_leads_to_is_known_without_a_search() -> None:
         ((a, b), SearchState.UNSOLVABLE),
     ):
         tables = [cells.distances(goal) for goal in goals]
-        once = Search(cells.neighbours, tables, (a, c), goals, ties=next(iter(Ties)), random=Random(1))
+        once = LacamSearch(cells.neighbours, tables, (a, c), goals, ties=next(iter(TieBreak)), random=Random(1))
         assert (once.state, once.expansions) == (state, 0)
 
 
@@ -136,29 +136,29 @@ def test_changes_are_tried_until_so_many_in_a_row_are_no_quicker(monkeypatch: py
         def __init__(self, *_: object) -> None:
             pass
 
-        def changed(self, plan: Schedule) -> Schedule:
+        def replan_robots(self, plan: Schedule) -> Schedule:
             tried.append(plan)
             return plan._replace(last=plan.last - (len(tried) == 7))
 
-    monkeypatch.setattr(joint_search, "Improving", Same)
-    assert search(BAY.cells, BAY.at("ab"), BAY.at("ba"), Budget(starts=1)).outcome is Outcome.SOLVED
+    monkeypatch.setattr(joint_search, "PlanImprover", Same)
+    assert search(BAY.cells, BAY.at("ab"), BAY.at("ba"), Budget(starts=1)).outcome is SearchOutcome.SOLVED
     assert len(tried) == 7 + 100
 
 
 # fmt: off
-STARTS: dict[str, tuple[list[int], Budget, list[int], Outcome]] = {  # what each start needs; what each start gets
+STARTS: dict[str, tuple[list[int], Budget, list[int], SearchOutcome]] = {  # what each start needs; what each start gets
     "none ends: twice as long every fourth time, and what is left at last":
-        ([],             Budget(expansions=1000),           [44] * 4 + [88] * 4 + [176, 176, 120], Outcome.NOT_FOUND),
+        ([],             Budget(expansions=1000),           [44] * 4 + [88] * 4 + [176, 176, 120], SearchOutcome.NOT_FOUND),
     "after a plan, four times its cost and 30 more":
-        ([10],           Budget(starts=3),                  [10, 70, 70],                          Outcome.SOLVED),
+        ([10],           Budget(starts=3),                  [10, 70, 70],                          SearchOutcome.SOLVED),
     "a cheaper plan limits the starts after it":
-        ([10, 5],        Budget(starts=3),                  [10, 5, 50],                           Outcome.SOLVED),
+        ([10, 5],        Budget(starts=3),                  [10, 5, 50],                           SearchOutcome.SOLVED),
     "a dearer one does not":
-        ([10, 20],       Budget(starts=3),                  [10, 20, 70],                          Outcome.SOLVED),
+        ([10, 20],       Budget(starts=3),                  [10, 20, 70],                          SearchOutcome.SOLVED),
     "all that is left":
-        ([10],           Budget(starts=3, expansions=100),  [10, 70, 20],                          Outcome.SOLVED),
+        ([10],           Budget(starts=3, expansions=100),  [10, 70, 20],                          SearchOutcome.SOLVED),
     "no start after enough":
-        ([10],           Budget(starts=9, enough=80),       [10, 70],                              Outcome.SOLVED),
+        ([10],           Budget(starts=9, enough=80),       [10, 70],                              SearchOutcome.SOLVED),
 }
 # fmt: on
 
@@ -184,7 +184,7 @@ def test_how_many_expansions_each_start_gets(name: str, monkeypatch: pytest.Monk
         begun.append(Scripted(dict(enumerate(needs)).get(len(begun), 10**9)))
         return begun[-1]
 
-    monkeypatch.setattr(joint_search, "Search", begin)
+    monkeypatch.setattr(joint_search, "LacamSearch", begin)
     monkeypatch.setattr(joint_search, "LATE", 99)  # so that nothing else is tried
     tables = [BAY.cells.distances(BAY.at("b")[0])]
     assert tables[0][BAY.at("a")[0]] == 7
@@ -198,9 +198,9 @@ def test_how_many_expansions_each_start_gets(name: str, monkeypatch: pytest.Monk
 def test_after_the_proof_that_not_all_can_arrive_no_start_is_made(monkeypatch: pytest.MonkeyPatch) -> None:
     """The longest way has one step: four starts of 32 expansions and one of 64 come before the proof."""
     full = Drawn("####", "abc.", "####")
-    monkeypatch.setattr(joint_search, "Search", lambda *_, **__: Scripted(10**9))
+    monkeypatch.setattr(joint_search, "LacamSearch", lambda *_, **__: Scripted(10**9))
     result = search(full.cells, full.at("abc"), full.at("acb"), Budget(), share=10**6)
-    assert (result.outcome, result.expansions) == (Outcome.FOR_ONE, 4 * 32 + 64)
+    assert (result.outcome, result.expansions) == (SearchOutcome.FOR_ONE, 4 * 32 + 64)
 
 
 def test_a_long_search_for_any_plan_spends_its_share_in_each_step(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -220,7 +220,7 @@ def test_a_long_search_for_any_plan_spends_its_share_in_each_step(monkeypatch: p
 
     never = Scripted(0)
     monkeypatch.setattr(never, "advance", lambda _: SearchState.UNSOLVABLE)
-    monkeypatch.setattr(joint_search, "Search", lambda *_, **__: never)
+    monkeypatch.setattr(joint_search, "LacamSearch", lambda *_, **__: never)
     monkeypatch.setattr(joint_search, "BestFirst", Long)
     tables = [BAY.cells.distances(BAY.at("b")[0])]
     once = JointSearch(BAY.cells.neighbours, tables, BAY.at("a"), BAY.at("b"), budget=Budget(), random=Random(1))
@@ -233,13 +233,13 @@ def test_two_robots_with_one_goal_are_refused() -> None:
         JointSearch(BAY.cells.neighbours, tables, BAY.at("ab"), BAY.at("bb"), budget=Budget(), random=Random(1))
 
 
-@given(share=st.integers(1, 400), ties=st.sampled_from(Ties))
-def test_the_share_of_a_step_does_not_change_the_plan(share: int, ties: Ties) -> None:
+@given(share=st.integers(1, 400), ties=st.sampled_from(TieBreak))
+def test_the_share_of_a_step_does_not_change_the_plan(share: int, ties: TieBreak) -> None:
     starts, goals = TREE.at("abc"), TREE.at("bca")
     tables = [TREE.cells.distances(goal) for goal in goals]
 
     def plan(portion: int) -> list[tuple[int, ...]]:
-        once = Search(TREE.cells.neighbours, tables, starts, goals, ties=ties, random=Random(3))
+        once = LacamSearch(TREE.cells.neighbours, tables, starts, goals, ties=ties, random=Random(3))
         while once.advance(portion) is SearchState.RUNNING:
             pass
         return once.steps
@@ -254,30 +254,30 @@ def test_random_crowds(data: st.DataObject) -> None:
     count = data.draw(st.integers(1, 12))
     starts = tuple(data.draw(st.permutations(range(16)))[:count])
     goals = tuple(data.draw(st.permutations(range(16)))[:count])
-    assert search(drawn.cells, starts, goals, Budget(starts=2), eager=()).outcome is Outcome.SOLVED
+    assert search(drawn.cells, starts, goals, Budget(starts=2), eager=()).outcome is SearchOutcome.SOLVED
 
 
 def test_where_a_plan_for_all_takes_long_one_robot_after_the_other_is_brought_to_its_goal() -> None:
     """Eight robots on sixteen cells: until all are at their goals at once, they move for minutes."""
     drawn = Drawn("abc", "d#e", "f#g", "h#i", "jkl", "##m", "nop")
     starts, goals = drawn.at("mkpidjfg"), drawn.at("ekjcpbfn")
-    for eager, outcome in (((), Outcome.SOLVED), ((7, 0), Outcome.FOR_ONE)):
+    for eager, outcome in (((), SearchOutcome.SOLVED), ((7, 0), SearchOutcome.FOR_ONE)):
         result = search(drawn.cells, starts, goals, Budget(60, 20_000, 6_250), eager=eager)
         assert result.outcome is outcome
-        if outcome is Outcome.SOLVED:
-            for_all = duration(result.steps)[0]
+        if outcome is SearchOutcome.SOLVED:
+            for_all = makespan_and_flowtime(result.steps)[0]
     assert result.who == (7,)
     ends = result.steps[-1]
     assert ends[7] == goals[7]
-    assert faults(result.steps, starts=starts, goals=ends, joined=joined(drawn.cells)) == []
-    assert 2 * (duration(result.steps)[0] + joint_search.NEXT) < for_all
+    assert list_plan_faults(result.steps, starts=starts, goals=ends, joined=joined(drawn.cells)) == []
+    assert 2 * (makespan_and_flowtime(result.steps)[0] + joint_search.NEXT) < for_all
 
 
 def test_a_plan_for_all_stays_where_one_after_the_other_takes_as_long(monkeypatch: pytest.MonkeyPatch) -> None:
     drawn = Drawn("abc", "d#e", "f#g", "h#i", "jkl", "##m", "nop")
     starts, goals = drawn.at("mkpidjfg"), drawn.at("ekjcpbfn")
     monkeypatch.setattr(joint_search, "NEXT", 1e3)
-    assert search(drawn.cells, starts, goals, Budget(60, 20_000, 6_250), eager=(7, 0)).outcome is Outcome.SOLVED
+    assert search(drawn.cells, starts, goals, Budget(60, 20_000, 6_250), eager=(7, 0)).outcome is SearchOutcome.SOLVED
 
 
 @given(st.data())
@@ -294,8 +294,8 @@ def test_a_crowd_visits_one_cell_on_its_way(data: st.DataObject) -> None:
     )
     result = searching.advance(10**6)
     assert result is not None
-    assert result.outcome is Outcome.SOLVED
-    assert faults(result.steps, starts=starts, goals=goals, joined=joined(drawn.cells)) == []
+    assert result.outcome is SearchOutcome.SOLVED
+    assert list_plan_faults(result.steps, starts=starts, goals=goals, joined=joined(drawn.cells)) == []
     for robot, way in enumerate(zip(*result.steps, strict=True)):
         assert vias[robot] is None or visits in way
 
@@ -304,7 +304,7 @@ def test_a_search_for_ways_through_a_cell_gives_up_early_and_proves_nothing() ->
     """Two swap in a corridor: without a cell to visit, that is proven to be impossible."""
     drawn = Drawn("a..b")
     (a, b), tables = drawn.at("ab"), [drawn.cells.distances(cell) for cell in drawn.at("ba")]
-    for vias, outcome in (((), Outcome.UNSOLVABLE), ((tables[0], None), Outcome.NOT_FOUND)):
+    for vias, outcome in (((), SearchOutcome.UNSOLVABLE), ((tables[0], None), SearchOutcome.NOT_FOUND)):
         searching = JointSearch(
             drawn.cells.neighbours, tables, (a, b), (b, a), budget=Budget(), random=Random(1), vias=vias
         )
@@ -314,14 +314,14 @@ def test_a_search_for_ways_through_a_cell_gives_up_early_and_proves_nothing() ->
 
 
 def test_a_detour_to_a_cell_that_is_visited_stays() -> None:
-    assert without_detours([(0, 9), (1, 9), (0, 9)], (1, -1)) == [(0, 9), (1, 9), (0, 9)]
-    assert without_detours([(0, 9), (1, 9), (0, 9)], (2, -1)) == [(0, 9)]
+    assert remove_detours([(0, 9), (1, 9), (0, 9)], (1, -1)) == [(0, 9), (1, 9), (0, 9)]
+    assert remove_detours([(0, 9), (1, 9), (0, 9)], (2, -1)) == [(0, 9)]
 
 
 def test_a_needless_detour_is_cut() -> None:
-    assert without_detours([(0, 9), (1, 9), (0, 9)]) == [(0, 9)]
+    assert remove_detours([(0, 9), (1, 9), (0, 9)]) == [(0, 9)]
     passed = [(0, 5), (1, 0), (0, 3)]  # robot 1 is in cell 0 meanwhile
-    assert without_detours(passed) == passed
+    assert remove_detours(passed) == passed
 
 
 def test_the_order_of_entries() -> None:
@@ -332,7 +332,7 @@ def test_the_order_of_entries() -> None:
 
 def test_a_ring_of_movers_is_a_circle_of_waits() -> None:
     with pytest.raises(ValueError, match="circle"):
-        duration([(0, 1, 2, 3), (1, 2, 3, 0)])
+        makespan_and_flowtime([(0, 1, 2, 3), (1, 2, 3, 0)])
 
 
 # --- what each part may cost ---
@@ -412,11 +412,11 @@ def test_expansions_of_a_change_cost_a_part_of_those_of_all_robots(
         def __init__(self, *_: object) -> None:
             pass
 
-        def changed(self, plan: Schedule) -> None:
+        def replan_robots(self, plan: Schedule) -> None:
             tried.append(plan)
             self.pops += 40
 
-    monkeypatch.setattr(joint_search, "Improving", Vain)
+    monkeypatch.setattr(joint_search, "PlanImprover", Vain)
     search(TREE.cells, TREE.at("ab"), TREE.at("ba"), Budget(starts=1, enough=enough))
     assert len(tried) == changes
 
@@ -442,4 +442,4 @@ def test_the_search_of_one_at_a_time_spends_what_it_is_given_and_no_more() -> No
 
 
 def test_nobody_takes_no_time() -> None:
-    assert duration([]) == duration([()]) == (0.0, 0.0)
+    assert makespan_and_flowtime([]) == makespan_and_flowtime([()]) == (0.0, 0.0)

@@ -27,8 +27,8 @@ from swarm.traffic.obstacles.scan import (
     KnownBody,
     Reading,
     Scan,
-    body_at,
-    strange,
+    body_centre,
+    find_unexpected,
 )
 from swarm.traffic.settings import TrafficConstants
 from tests.traffic.maps import Drawn
@@ -65,8 +65,8 @@ def ahead(measured: float, side: float = 0.0) -> tuple[float, float]:
 
 def unexplained(bodies: Sequence[Reading], pose: Pose, known: Sequence[KnownBody]) -> tuple[float, float] | None:
     """Return where the first body that none of the known ones explains has its middle."""
-    found = next(strange(bodies, pose, FLOOR.cells, known, SETTINGS), None)
-    return None if found is None else body_at(pose, found, SETTINGS.radius)
+    found = next(find_unexpected(bodies, pose, FLOOR.cells, known, SETTINGS), None)
+    return None if found is None else body_centre(pose, found, SETTINGS.radius)
 
 
 def cell(x: float, y: float) -> int:
@@ -118,8 +118,8 @@ def test_what_the_map_would_show_is_asked_for_only_when_something_is_near() -> N
     def never(_: Sequence[float]) -> list[float]:
         raise AssertionError("nobody needs that")
 
-    assert Scan((0.0,), (STOP,), never).bodies(SETTINGS, STOP) == []
-    assert Scan((0.0, 1.0), (0.3, 0.4), lambda _: [0.3, 1.6]).bodies(SETTINGS, STOP) == [Reading(0.4, 1.6, 1.0)]
+    assert Scan((0.0,), (STOP,), never).body_readings(SETTINGS, STOP) == []
+    assert Scan((0.0, 1.0), (0.3, 0.4), lambda _: [0.3, 1.6]).body_readings(SETTINGS, STOP) == [Reading(0.4, 1.6, 1.0)]
     assert Scan().readings == ()
 
 
@@ -193,13 +193,13 @@ def test_a_thing_found_explains_what_is_seen_there_and_nothing_else() -> None:
     halting = ObstacleDetector(SETTINGS)
     (*_, last) = halts(*[0.4] * (HALTED + 1), halting=halting)
     assert last.found is not None
-    assert halting.places(100 + HALTED) == (last.found,)
+    assert halting.obstacle_places(100 + HALTED) == (last.found,)
     near, far = ABOUT + SETTINGS.radius - 0.05, ABOUT + SETTINGS.radius + 0.05  # m off it, still close enough to see
     later = 100 + HALTED + 1
     assert not halts(max(CLOSE, 0.4 - near), halting=halting, start=later)[0].stopped
     assert halts(0.4, bearing=far / (1.5 * SETTINGS.radius + 0.4) * 1.1, halting=halting, start=later + 1)[0].stopped
-    assert halting.places(100 + HALTED + SETTINGS.obstacle - 1) == (last.found,)
-    assert halting.places(100 + HALTED + SETTINGS.obstacle) == ()
+    assert halting.obstacle_places(100 + HALTED + SETTINGS.obstacle - 1) == (last.found,)
+    assert halting.obstacle_places(100 + HALTED + SETTINGS.obstacle) == ()
 
 
 @pytest.mark.parametrize("bearing", [0.0, 1.2])
@@ -317,7 +317,7 @@ def test_a_robot_is_known_where_it_was_heard_and_farther_off_the_older_that_is()
 
     near = SETTINGS.radius + 0.15  # m, and how exactly a sector tells
     drives = SETTINGS.speed * SETTINGS.tick * 10
-    gains = SETTINGS.driven(0.0, SETTINGS.tick * 10)[0]
+    gains = SETTINGS.reach_after(0.0, SETTINGS.tick * 10)[0]
     assert not stops(0.0, 0)
     assert not stops(near - 0.06, 0)
     assert stops(near + 0.06 + 0.3, 0)
@@ -365,7 +365,7 @@ def test_a_hit_may_be_on_a_robot_that_was_heard(name: str) -> None:
         case "claimed":
             fields = {"claims": tuple(Claim(cell, 1, 0) for cell in cells)}
         case "ahead":
-            fields = {"ahead": FLOOR.cells.touched(x, y, 0.01)}
+            fields = {"ahead": FLOOR.cells.cells_under_disc(x, y, 0.01)}
         case "stood":
             fields = {"held": cells, "speed": 0.0}
     one = Record(robot="r2", stamp=0, x=HERE.x, y=HERE.y, goal=A, **fields)

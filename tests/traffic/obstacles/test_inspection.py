@@ -8,7 +8,7 @@ from msgspec.structs import replace
 
 from swarm.messages.traffic import Claim, Record, Sighting
 from swarm.traffic.interface import TrafficInputs
-from swarm.traffic.obstacles.inspection import Inspection, Inspector, View, has_gone, is_out_of_range, view
+from swarm.traffic.obstacles.inspection import Inspection, Inspector, View, has_gone, is_out_of_range, judge_cell
 from swarm.traffic.obstacles.scan import Reading, Scan
 from swarm.traffic.peers.situation import Situation
 from swarm.traffic.reservations.route import ALONE, RouteProgress
@@ -99,14 +99,14 @@ def test_one_look(name: str) -> None:
 def test_who_was_seen_to_have_gone_is_remembered_nowhere_until_it_speaks_again() -> None:
     one, pose = lookout(), ROW.pose(B)
     place = (silent().x, silent().y)
-    assert one.remembered({"r2": silent()}, ROW.cells) == {C}
+    assert one.cells_of_silent({"r2": silent()}, ROW.cells) == {C}
     assert one.still_bodies({"r2": silent()}, (), pose, ROW.cells) == (place,)
     looked(one, silent(), measured=BODY)
-    assert one.remembered({"r2": silent()}, ROW.cells) == {C}, "it is there"
+    assert one.cells_of_silent({"r2": silent()}, ROW.cells) == {C}, "it is there"
     looked(one, silent())
-    assert one.remembered({"r2": silent()}, ROW.cells) == frozenset()
+    assert one.cells_of_silent({"r2": silent()}, ROW.cells) == frozenset()
     assert one.still_bodies({"r2": silent()}, (), pose, ROW.cells) == ()
-    assert one.remembered({"r2": silent(stamp=1)}, ROW.cells) == {C}
+    assert one.cells_of_silent({"r2": silent(stamp=1)}, ROW.cells) == {C}
     assert one.still_bodies({"r2": silent(stamp=1)}, (), pose, ROW.cells) == (place,)
 
 
@@ -189,7 +189,7 @@ VIEWS: dict[str, tuple[list[Reading], View]] = {
 def test_what_the_rays_say_of_the_next_cell(name: str, yaw: float) -> None:
     readings, seen = VIEWS[name]
     turned = [reading._replace(bearing=reading.bearing - yaw) for reading in readings]
-    assert view(turned, HERE._replace(yaw=yaw), MIDST + 1, FLOOR.cells, WIDE) is seen
+    assert judge_cell(turned, HERE._replace(yaw=yaw), MIDST + 1, FLOOR.cells, WIDE) is seen
 
 
 @pytest.mark.parametrize(
@@ -274,7 +274,7 @@ def test_where_a_ray_enters_a_cell_and_leaves_it(
 ) -> None:
     pose = HERE._replace(yaw=atan2(up, across))
     readings = [Reading(measured, expected, angle) for angle, measured, expected in rays]
-    assert view(readings, pose, MIDST + across + up * FLOOR.cells.columns, FLOOR.cells, WIDE) is seen
+    assert judge_cell(readings, pose, MIDST + across + up * FLOOR.cells.columns, FLOOR.cells, WIDE) is seen
 
 
 @pytest.mark.parametrize(
@@ -292,4 +292,4 @@ def test_a_ray_that_ends_in_a_cell_does_not_show_that_it_is_empty(
     back: float, measured: float, wall: float, seen: View
 ) -> None:
     pose = HERE._replace(x=HERE.x - back)
-    assert view([Reading(measured, wall, 0.0)], pose, MIDST + 1, FLOOR.cells, SETTINGS) is seen
+    assert judge_cell([Reading(measured, wall, 0.0)], pose, MIDST + 1, FLOOR.cells, SETTINGS) is seen

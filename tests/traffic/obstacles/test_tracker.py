@@ -9,7 +9,7 @@ from swarm.geometry import Pose
 from swarm.maps.occupancy import Point
 from swarm.messages.traffic import Moving
 from swarm.traffic.interface import MovingObstacle
-from swarm.traffic.obstacles.detector import COMING, HALF_WIDTH, KEPT, LATELY, NOTED, BlockedByObstacle, Tracker
+from swarm.traffic.obstacles.detector import COMING, HALF_WIDTH, KEPT, LATELY, NOTED, BlockageChecker, Tracker
 from swarm.traffic.obstacles.scan import Scan
 from swarm.traffic.reservations.route import ALONE, BESIDE, RouteProgress
 from swarm.traffic.reservations.rules import Reservations
@@ -29,7 +29,9 @@ BLIND = Scan()
 
 def follow(threats: Tracker, began: int, looks: list[tuple[Point, list[float]]]) -> list[tuple[MovingObstacle, ...]]:
     """Look at a disc, tick by tick: its middle, and where on its rim rays end."""
-    return [threats.track(began + tick, HERE, rim(at, *angles), BLIND) for tick, (at, angles) in enumerate(looks)]
+    return [
+        threats.track_threats(began + tick, HERE, rim(at, *angles), BLIND) for tick, (at, angles) in enumerate(looks)
+    ]
 
 
 def straight(began: int, ticks: int) -> list[Point]:
@@ -78,7 +80,7 @@ def test_hits_are_on_one_obstacle_counted_from_the_nearest_one_on() -> None:
     threats = Tracker(DT, RADIUS)
     for tick in range(2 * LATELY):
         moved = 0.3 * DT * tick
-        found = threats.track(tick, HERE, [(x - moved, 0.0) for x in (1.8, 1.0, 1.4)], BLIND)
+        found = threats.track_threats(tick, HERE, [(x - moved, 0.0) for x in (1.8, 1.0, 1.4)], BLIND)
     assert sorted(now.x + moved for now in found) == pytest.approx([1.2, 1.8 + HALF_WIDTH], abs=0.01)
 
 
@@ -96,7 +98,7 @@ TOLD: dict[str, tuple[Moving, int, bool]] = {  # what another robot says, how ma
 @pytest.mark.parametrize("name", TOLD)
 def test_what_others_saw_is_where_it_has_moved_since(name: str) -> None:
     told, later, counts = TOLD[name]
-    found = Tracker(DT, RADIUS).track(later, HERE, (), BLIND, [told])
+    found = Tracker(DT, RADIUS).track_threats(later, HERE, (), BLIND, [told])
     place = MovingObstacle(told.x + told.vx * DT * later, told.y + told.vy * DT * later, told.vx, told.vy)
     assert [tuple(one) for one in found] == ([pytest.approx(place)] if counts else [])
 
@@ -104,10 +106,10 @@ def test_what_others_saw_is_where_it_has_moved_since(name: str) -> None:
 def test_what_the_robot_sees_itself_others_need_not_tell_it() -> None:
     threats, tick = known(), 2 * NOTED
     (x, y), told = straight(tick, 1)[0], [Moving(1.3, 0.3, 0.0, 0.3, tick - 4), Moving(-1.0, 0.0, 0.3, 0.0, tick - 4)]
-    mine, theirs = threats.track(tick, HERE, rim((x, y), *FACING), BLIND, told)
+    mine, theirs = threats.track_threats(tick, HERE, rim((x, y), *FACING), BLIND, told)
     assert hypot(mine.x - x, mine.y - y) < 0.05
     assert theirs.x < 0.0
-    (seen,) = threats.seen()
+    (seen,) = threats.moving_obstacles()
     assert seen.tick == tick, "and it tells what it saw, not what it heard"
 
 
@@ -128,9 +130,9 @@ def test_where_rays_show_that_it_is_gone_it_is_forgotten(name: str, own: bool) -
     rays, believed = RAYS[name]
     threats, tick = known() if own else Tracker(DT, RADIUS), 2 * NOTED + 1
     told = [] if own else [Moving(*straight(tick - 1, 1)[0], -0.3, 0.0, tick - 1)]
-    found = threats.track(tick, HERE, (), Scan(tuple(rays), tuple(rays.values())), told)
+    found = threats.track_threats(tick, HERE, (), Scan(tuple(rays), tuple(rays.values())), told)
     assert len(found) == believed
-    assert len(threats.seen()) == (own and believed)
+    assert len(threats.moving_obstacles()) == (own and believed)
 
 
 def progress(held: tuple[int, ...], *route: int, beside: int = 0) -> RouteProgress:
@@ -168,7 +170,7 @@ GIVEN_UP: dict[str, tuple[Callable[[int], tuple[RouteProgress, int, int, bool]],
 @pytest.mark.parametrize("name", GIVEN_UP)
 def test_the_next_cell_is_given_up_after_400_ticks_under_a_threat(name: str) -> None:
     at, ticks, given_up = GIVEN_UP[name]
-    kept, found = BlockedByObstacle(), dict[int, int | None]()
+    kept, found = BlockageChecker(), dict[int, int | None]()
     for tick in range(ticks):
         way, body, goal, threatened = at(tick)
         found[tick] = kept.check(way, body, goal, threatened=threatened)
@@ -182,7 +184,7 @@ def test_what_was_seen_to_move_counts_as_moving_while_it_comes_at_all(then: floa
     x, y = straight(began, 1)[0]
     path = [(x - then * DT * tick, y) for tick in range(24)]
     follow(threats, began, [(at, FACING) for at in path])
-    (seen,) = threats.seen()
+    (seen,) = threats.moving_obstacles()
     assert (seen.tick == began + 23) is updated
     if updated:
         assert (seen.vx, seen.vy) == pytest.approx((-then, 0.0), abs=0.01)
@@ -197,8 +199,8 @@ def test_what_is_always_slow_is_no_threat() -> None:
 def test_what_is_not_seen_for_100_ticks_is_told_no_more() -> None:
     threats, last = known(), 2 * NOTED - 1
     for unseen in range(1, 102):
-        threats.track(last + unseen, HERE, (), BLIND)
-        assert len(threats.seen()) == (unseen < 100), unseen
+        threats.track_threats(last + unseen, HERE, (), BLIND)
+        assert len(threats.moving_obstacles()) == (unseen < 100), unseen
 
 
 def test_of_two_obstacles_the_nearer_one_is_seen_on() -> None:
@@ -210,7 +212,7 @@ def test_of_two_obstacles_the_nearer_one_is_seen_on() -> None:
 
     threats = Tracker(DT, RADIUS)
     for tick in range(24):
-        threats.track(tick, HERE, [front(1.5 - 0.3 * DT * tick, 0.4), front(1.14, -0.25)], BLIND)
-    assert [one.tick for one in threats.seen()] == [23]
-    threats.track(24, HERE, [front(1.14, 0.2)], BLIND)
-    assert [one.tick for one in threats.seen()] == [24]
+        threats.track_threats(tick, HERE, [front(1.5 - 0.3 * DT * tick, 0.4), front(1.14, -0.25)], BLIND)
+    assert [one.tick for one in threats.moving_obstacles()] == [23]
+    threats.track_threats(24, HERE, [front(1.14, 0.2)], BLIND)
+    assert [one.tick for one in threats.moving_obstacles()] == [24]

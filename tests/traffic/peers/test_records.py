@@ -25,7 +25,7 @@ def told(*records: Record, hops: int = 1) -> TrafficBroadcast:
 
 
 def kinds(peers: PeerRecords, tick: int, *broadcasts: TrafficBroadcast) -> list[str]:
-    return [event.text for event in peers.hear(tick, CELLS, broadcasts)]
+    return [event.text for event in peers.merge_broadcasts(tick, CELLS, broadcasts)]
 
 
 def test_the_newest_record_wins_whichever_way_it_came() -> None:
@@ -40,19 +40,19 @@ def test_the_newest_record_wins_whichever_way_it_came() -> None:
 def test_records_travel_so_many_hops_and_no_farther() -> None:
     peers = PeerRecords("r0", SETTINGS)
     far = SETTINGS.fresh + 10  # both are silent then
-    peers.hear(10, CELLS, [told(record(9, "r2"), record(9), hops=SETTINGS.hops)])
+    peers.merge_broadcasts(10, CELLS, [told(record(9, "r2"), record(9), hops=SETTINGS.hops)])
     assert "r1" in peers.others
     assert [relayed.record.robot for relayed in peers.relay(far, 0.0, 0.0)] == ["r2"]
     peers = PeerRecords("r0", SETTINGS)
-    peers.hear(10, CELLS, [told(record(9, "r2"), record(9), hops=SETTINGS.hops + 1)])
+    peers.merge_broadcasts(10, CELLS, [told(record(9, "r2"), record(9), hops=SETTINGS.hops + 1)])
     assert "r1" not in peers.others
 
 
 def test_a_silent_robot_is_remembered_but_not_fresh() -> None:
     peers = PeerRecords("r0", SETTINGS)
-    peers.hear(10, CELLS, [told(record(9))])
-    assert list(peers.fresh(40)) == ["r1"]
-    assert list(peers.fresh(60)) == []
+    peers.merge_broadcasts(10, CELLS, [told(record(9))])
+    assert list(peers.fresh_records(40)) == ["r1"]
+    assert list(peers.fresh_records(60)) == []
     assert peers.others["r1"].held == (A,)
 
 
@@ -89,11 +89,11 @@ def test_the_same_fault_is_told_once_in_a_while() -> None:
 
 def test_after_sleep_a_silent_robot_may_have_got_on() -> None:
     peers = PeerRecords("r0", SETTINGS)
-    peers.hear(10, CELLS, [told(replace(record(9), ahead=(A + 1, A + 2)))])
-    peers.wake(110)
-    peers.hear(110, CELLS, [])
+    peers.merge_broadcasts(10, CELLS, [told(replace(record(9), ahead=(A + 1, A + 2)))])
+    peers.note_wake(110)
+    peers.merge_broadcasts(110, CELLS, [])
     assert set(peers.others["r1"].held) == {A, A + 1, A + 2}
-    peers.hear(120, CELLS, [told(record(119))])
+    peers.merge_broadcasts(120, CELLS, [told(record(119))])
     assert peers.others["r1"].held == (A,)
 
 
@@ -117,11 +117,11 @@ def test_only_what_a_silent_robot_did_while_i_slept_is_surmised(name: str) -> No
     """r2 is silent all the time: so something is surmised at every tick."""
     stamp, woke, asked, taken = SLEPT[name]
     peers = PeerRecords("r0", SETTINGS)
-    peers.hear(2, CELLS, [told(record(1, "r2"))])
+    peers.merge_broadcasts(2, CELLS, [told(record(1, "r2"))])
     for tick in sorted({woke, stamp + 1, asked} - {0}):
         if tick == woke:
-            peers.wake(tick)
-        peers.hear(tick, CELLS, [told(replace(record(stamp), ahead=AHEAD))] if tick == stamp + 1 else [])
+            peers.note_wake(tick)
+        peers.merge_broadcasts(tick, CELLS, [told(replace(record(stamp), ahead=AHEAD))] if tick == stamp + 1 else [])
     assert set(peers.others["r1"].held) == {A, *AHEAD[:taken]}
 
 
@@ -131,7 +131,7 @@ def test_only_what_a_silent_robot_did_while_i_slept_is_surmised(name: str) -> No
 @pytest.mark.parametrize(("ahead", "believed"), [(SKEW, True), (SKEW + 1, False)])
 def test_clocks_may_differ_a_little(ahead: int, believed: bool) -> None:
     peers = PeerRecords("r0", SETTINGS)
-    peers.hear(100, CELLS, [told(record(100 + ahead))])
+    peers.merge_broadcasts(100, CELLS, [told(record(100 + ahead))])
     assert ("r1" in peers.others) is believed
     if not believed:
         assert kinds(peers, 101, told(record(99))) == [], "nor does a lie keep the truth out"
@@ -140,7 +140,9 @@ def test_clocks_may_differ_a_little(ahead: int, believed: bool) -> None:
 @pytest.mark.parametrize(("count", "believed"), [(63, True), (64, False)])
 def test_a_record_names_no_more_cells_than_a_robot_can_want(count: int, believed: bool) -> None:
     peers = PeerRecords("r0", SETTINGS)
-    peers.hear(10, CELLS, [told(replace(record(9), claims=tuple(Claim(A + 1, number, 9) for number in range(count))))])
+    peers.merge_broadcasts(
+        10, CELLS, [told(replace(record(9), claims=tuple(Claim(A + 1, number, 9) for number in range(count))))]
+    )
     assert ("r1" in peers.others) is believed
 
 
@@ -151,18 +153,18 @@ def test_a_robot_drives_no_faster_than_it_can() -> None:
         peers = PeerRecords("r0", SETTINGS)
         x, y = CELLS.centre(A)
         first = Record(robot="r1", stamp=10, x=x - 0.5, y=y, goal=B, held=(A,))
-        peers.hear(10, CELLS, [told(first)])
+        peers.merge_broadcasts(10, CELLS, [told(first)])
         here = CELLS.cell_of(x - 0.5 + off, y)
-        peers.hear(30, CELLS, [told(replace(first, stamp=10 + ticks, x=x - 0.5 + off, held=(here,)))])
+        peers.merge_broadcasts(30, CELLS, [told(replace(first, stamp=10 + ticks, x=x - 0.5 + off, held=(here,)))])
         assert (peers.others["r1"].stamp == 30) is believed, off
 
 
 def test_who_is_silent_just_so_long_is_fresh() -> None:
     peers = PeerRecords("r0", SETTINGS)
-    peers.hear(10, CELLS, [told(record(9))])
+    peers.merge_broadcasts(10, CELLS, [told(record(9))])
     for tick, silent in ((9 + SETTINGS.fresh, False), (10 + SETTINGS.fresh, True)):
-        assert ("r1" in peers.fallen_silent(tick)) is silent
-        assert ("r1" in peers.fresh(tick)) is not silent
+        assert ("r1" in peers.silent_records(tick)) is silent
+        assert ("r1" in peers.fresh_records(tick)) is not silent
 
 
 def test_a_fault_is_told_again_after_a_while_and_another_one_at_once() -> None:
@@ -175,44 +177,44 @@ def test_a_fault_is_told_again_after_a_while_and_another_one_at_once() -> None:
 
 def test_cells_of_mine_that_a_live_robot_holds_too_are_not_mine_alone() -> None:
     peers = PeerRecords("r0", SETTINGS)
-    peers.hear(10, CELLS, [told(record(9, held=(A, A + 1)))])
-    assert peers.alone_in((A + 2, A + 1, A), 10) == (A + 2,)
-    assert peers.holders_of(A + 1, 10) == (CELLS.centre(A),)
-    assert peers.holders_of(A + 2, 10) == ()
-    assert peers.alone_in((A + 1,), 10 + SETTINGS.fresh) == (A + 1,), "a silent one is not live"
+    peers.merge_broadcasts(10, CELLS, [told(record(9, held=(A, A + 1)))])
+    assert peers.cells_held_alone((A + 2, A + 1, A), 10) == (A + 2,)
+    assert peers.holder_places(A + 1, 10) == (CELLS.centre(A),)
+    assert peers.holder_places(A + 2, 10) == ()
+    assert peers.cells_held_alone((A + 1,), 10 + SETTINGS.fresh) == (A + 1,), "a silent one is not live"
 
 
 def test_robots_fall_silent_one_after_the_other() -> None:
     """Each is fresh for 40 ticks after its stamp, also where the ticks in between bring nothing new."""
     peers = PeerRecords("r0", SETTINGS)
-    peers.hear(36, CELLS, [told(record(5)), told(record(20, "r2", A + 1)), told(record(35, "r3", A + 2))])
+    peers.merge_broadcasts(36, CELLS, [told(record(5)), told(record(20, "r2", A + 1)), told(record(35, "r3", A + 2))])
     for heard, asked, fresh in (
         (36, 45, ["r1", "r2", "r3"]), (36, 46, ["r2", "r3"]), (50, 60, ["r2", "r3"]), (50, 61, ["r3"]),
         (62, 75, ["r3"]), (62, 76, []),
     ):  # fmt: skip
-        peers.hear(heard, CELLS, [])
-        assert list(peers.fresh(asked)) == fresh, (heard, asked)
-        assert sorted({*peers.fallen_silent(asked), *fresh}) == ["r1", "r2", "r3"]
-        assert not peers.fallen_silent(asked).keys() & set(fresh)
+        peers.merge_broadcasts(heard, CELLS, [])
+        assert list(peers.fresh_records(asked)) == fresh, (heard, asked)
+        assert sorted({*peers.silent_records(asked), *fresh}) == ["r1", "r2", "r3"]
+        assert not peers.silent_records(asked).keys() & set(fresh)
 
 
 def test_nothing_is_made_anew_while_nothing_changes() -> None:
     """What depends on the records is computed again only if they are another mapping."""
     peers = PeerRecords("r0", SETTINGS)
-    peers.wake(5)
-    peers.hear(10, CELLS, [told(record(9))])
+    peers.note_wake(5)
+    peers.merge_broadcasts(10, CELLS, [told(record(9))])
     others = peers.others
-    peers.hear(11, CELLS, [])
+    peers.merge_broadcasts(11, CELLS, [])
     assert peers.others is others
-    assert peers.fresh(11) is others, "no copy while nobody is silent"
-    peers.hear(60, CELLS, [told(record(59, "r2", A + 1))])
-    assert peers.fresh(60) is peers.fresh(61)
+    assert peers.fresh_records(11) is others, "no copy while nobody is silent"
+    peers.merge_broadcasts(60, CELLS, [told(record(59, "r2", A + 1))])
+    assert peers.fresh_records(60) is peers.fresh_records(61)
 
 
 def test_ticks_and_cells_begin_at_zero() -> None:
     peers = PeerRecords("r0", SETTINGS)
     assert kinds(peers, 1, told(record(0, cell=0))) == []
-    assert list(peers.fresh(1)) == ["r1"]
+    assert list(peers.fresh_records(1)) == ["r1"]
     assert peers.others["r1"].held == (0,)
     assert len(peers.relay(640, 0.0, 0.0)) == 1, "old news"
     assert "not there" in kinds(peers, 2, told(record(1, cell=0, held=(0, -1))))[0]
@@ -232,7 +234,7 @@ FARTHEST = [  # radio range, columns to the claimed cell, how far the robot is f
 def test_a_robot_claims_so_far_and_no_farther(reach: float, columns: int, off: float, believed: bool) -> None:
     peers = PeerRecords("r0", replaced(SETTINGS, radio_range=reach))
     plain = record(9)
-    peers.hear(10, CELLS, [told(replace(plain, x=plain.x + off, claims=(Claim(A + columns, 1, 9),)))])
+    peers.merge_broadcasts(10, CELLS, [told(replace(plain, x=plain.x + off, claims=(Claim(A + columns, 1, 9),)))])
     assert ("r1" in peers.others) is believed
 
 
@@ -259,11 +261,11 @@ def test_what_others_relay_counts_if_it_is_newer_or_came_a_shorter_way() -> None
 def test_a_robot_listens_until_it_says_otherwise_or_falls_silent() -> None:
     peers = PeerRecords("r0", SETTINGS)
     assert not peers.somebody_listens(10)
-    peers.hear(10, CELLS, [told(record(9))])
+    peers.merge_broadcasts(10, CELLS, [told(record(9))])
     assert not peers.somebody_listens(10)
-    peers.hear(20, CELLS, [told(replace(record(19, "r2", A + 1), listens=True))])
+    peers.merge_broadcasts(20, CELLS, [told(replace(record(19, "r2", A + 1), listens=True))])
     assert [peers.somebody_listens(tick) for tick in (20, 59, 60)] == [True, True, False]
-    peers.hear(21, CELLS, [told(record(20, "r2", A + 1))])
+    peers.merge_broadcasts(21, CELLS, [told(record(20, "r2", A + 1))])
     assert not peers.somebody_listens(21)
 
 
@@ -275,9 +277,9 @@ def test_who_is_heard_for_the_first_time_or_after_long_is_told_of_the_silent_at_
 ) -> None:
     now = SETTINGS.fresh + 100
     peers = PeerRecords("r0", SETTINGS)
-    peers.hear(10, CELLS, [told(record(9))])  # r1 then falls silent
+    peers.merge_broadcasts(10, CELLS, [told(record(9))])  # r1 then falls silent
     if heard_before is not None:
-        peers.hear(now - heard_before, CELLS, [told(record(now - heard_before, "r2"))])
+        peers.merge_broadcasts(now - heard_before, CELLS, [told(record(now - heard_before, "r2"))])
     peers.relay(now - 1, 0.0, 0.0)  # my turn to tell of r1: without a new robot, the next one comes much later
-    peers.hear(now, CELLS, [told(record(now, "r2"))])
+    peers.merge_broadcasts(now, CELLS, [told(record(now, "r2"))])
     assert ("r1" in [one.record.robot for one in peers.relay(now, 0.0, 0.0)]) == met

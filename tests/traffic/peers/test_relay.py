@@ -7,7 +7,7 @@ import pytest
 from msgspec.structs import replace
 
 from swarm.messages.traffic import Collect, Epoch, JointPlan, Record, Refusal
-from swarm.traffic.peers.relay import WELCOME, Known, Relaying
+from swarm.traffic.peers.relay import WELCOME, KnownRecord, RelayChooser
 from swarm.traffic.settings import TrafficConstants
 
 SETTINGS: Final = TrafficConstants()  # a range of 8 m: who is 7 m apart may not hear each other
@@ -19,17 +19,17 @@ def record(robot: str, x: float, stamp: int = 100, y: float = 0.0) -> Record:
     return Record(robot=robot, stamp=stamp, x=x, y=y, goal=0)
 
 
-def known(*records: Record, hops: int = 1) -> dict[str, Known]:
-    return {one.robot: Known(one, hops) for one in records}
+def known(*records: Record, hops: int = 1) -> dict[str, KnownRecord]:
+    return {one.robot: KnownRecord(one, hops) for one in records}
 
 
 def chosen(
-    relaying: Relaying, tick: int, known: dict[str, Known], x: float = 0.0, *, listens: bool = False
+    relaying: RelayChooser, tick: int, known: dict[str, KnownRecord], x: float = 0.0, *, listens: bool = False
 ) -> list[str]:
     return [one.record.robot for one in relaying.choose(tick, x, 0.0, known, listens=listens)]
 
 
-def turns(relaying: Relaying, ticks: range, known: dict[str, Known]) -> list[int]:
+def turns(relaying: RelayChooser, ticks: range, known: dict[str, KnownRecord]) -> list[int]:
     """Return the ticks at which a record is relayed."""
     return [tick for tick in ticks if chosen(relaying, tick, known)]
 
@@ -51,11 +51,11 @@ NEAR, LEFT, RIGHT = record("r1", 1.0), record("r2", -4.0), record("r3", 3.5)
     ],
 )
 def test_who_may_not_be_heard_by_a_robot_in_range_is_relayed(records: list[Record], expected: list[str]) -> None:
-    assert chosen(Relaying(SETTINGS), 100, known(*records)) == expected
+    assert chosen(RelayChooser(SETTINGS), 100, known(*records)) == expected
 
 
 def test_where_walls_stop_the_radio_all_are_relayed() -> None:
-    relaying = Relaying(replaced(SETTINGS, in_sight=True))
+    relaying = RelayChooser(replaced(SETTINGS, in_sight=True))
     assert chosen(relaying, 100, known(NEAR, RIGHT)) == ["r1", "r3"]
     assert chosen(relaying, 100, known(record("r1", 9.0), record("r3", 9.5))) == [], "nobody is there to hear it"
     held = known(replace(NEAR, stamp=104, held=(7,)), RIGHT)
@@ -63,7 +63,7 @@ def test_where_walls_stop_the_radio_all_are_relayed() -> None:
 
 
 def test_a_record_is_relayed_again_when_it_is_so_much_newer() -> None:
-    relaying = Relaying(SETTINGS)
+    relaying = RelayChooser(SETTINGS)
     ticks = [
         tick
         for tick in range(100, 150, SETTINGS.every)
@@ -83,14 +83,14 @@ def test_a_record_is_relayed_again_when_it_is_so_much_newer() -> None:
     ],
 )  # fmt: skip
 def test_news_about_joint_plans_is_relayed_at_once(news: dict[str, object]) -> None:
-    relaying = Relaying(SETTINGS)
+    relaying = RelayChooser(SETTINGS)
     assert chosen(relaying, 100, known(LEFT, RIGHT)) == ["r3", "r2"]
     assert chosen(relaying, 101, known(replace(LEFT, stamp=101, held=(3,)), RIGHT)) == [], "no hurry"
     assert chosen(relaying, 101, known(replace(LEFT, stamp=101, **news), RIGHT)) == ["r2"]
 
 
 def test_what_two_others_have_relayed_is_held_back_once() -> None:
-    relaying = Relaying(SETTINGS)
+    relaying = RelayChooser(SETTINGS)
     for relayer in ("r4", "r5"):
         relaying.hear(relayer, LEFT)
     assert chosen(relaying, 100, known(LEFT, RIGHT)) == ["r3"]
@@ -102,7 +102,7 @@ def test_what_two_others_have_relayed_is_held_back_once() -> None:
 
 @pytest.mark.parametrize(("older", "held_back"), [(0, True), (SETTINGS.every, True), (SETTINGS.every + 1, False)])
 def test_how_old_the_record_may_be_that_others_have_relayed(older: int, held_back: bool) -> None:
-    relaying = Relaying(SETTINGS)
+    relaying = RelayChooser(SETTINGS)
     assert "r2" in chosen(relaying, 100, known(LEFT, RIGHT))
     now = replace(LEFT, stamp=100 + SETTINGS.relay)
     for relayer in ("r4", "r5"):
@@ -115,7 +115,7 @@ def test_how_old_the_record_may_be_that_others_have_relayed(older: int, held_bac
 def test_one_robot_silences_nobody_whatever_it_says_and_how_often() -> None:
     """Two honest robots relay; a third one lies that it has just relayed a newer record."""
     for _ in range(2):
-        honest = Relaying(SETTINGS)
+        honest = RelayChooser(SETTINGS)
         for tick in range(100, 400, SETTINGS.relay):
             now = replace(LEFT, stamp=tick)
             for lie in (now, replace(now, stamp=tick + 20), now):
@@ -124,34 +124,34 @@ def test_one_robot_silences_nobody_whatever_it_says_and_how_often() -> None:
 
 
 def test_a_silent_robot_is_relayed_now_and_then_and_later_half_as_often() -> None:
-    relaying, lost = Relaying(SETTINGS), known(record("r2", 1.0, stamp=0))
+    relaying, lost = RelayChooser(SETTINGS), known(record("r2", 1.0, stamp=0))
     assert turns(relaying, range(100, 200), lost) == list(range(100, 200, PAUSE))
-    relaying = Relaying(SETTINGS)
+    relaying = RelayChooser(SETTINGS)
     begin = SETTINGS.keep + 1
     assert turns(relaying, range(begin, begin + 100), lost) == list(range(begin, begin + 100, 2 * PAUSE))
-    relaying = Relaying(SETTINGS)
+    relaying = RelayChooser(SETTINGS)
     assert turns(relaying, range(SETTINGS.fresh), lost) == [], "it is not silent yet"
     assert turns(relaying, range(SETTINGS.fresh, SETTINGS.fresh + 2), lost) == [SETTINGS.fresh + 1]
 
 
 def test_who_comes_near_or_listens_is_told_of_silent_robots_at_once() -> None:
-    relaying, lost = Relaying(SETTINGS), known(record("r2", 1.0, stamp=0))
+    relaying, lost = RelayChooser(SETTINGS), known(record("r2", 1.0, stamp=0))
     assert turns(relaying, range(100, 102), lost) == [100]
-    relaying.met(103)
+    relaying.note_new_robot(103)
     assert turns(relaying, range(103, 140), lost)[: WELCOME + 1] == list(range(103, 104 + WELCOME))
     assert chosen(relaying, 104 + WELCOME, lost) == []
     assert chosen(relaying, 104 + WELCOME, lost, listens=True) == ["r2"]
 
 
 def test_a_silent_robot_that_two_others_have_relayed_is_relayed_every_second_time() -> None:
-    relaying, lost = Relaying(SETTINGS), record("r2", 1.0, stamp=0)
+    relaying, lost = RelayChooser(SETTINGS), record("r2", 1.0, stamp=0)
     for relayer in ("r4", "r5"):
         relaying.hear(relayer, lost)
     assert turns(relaying, range(100, 100 + 4 * PAUSE), known(lost)) == [100 + PAUSE, 100 + 3 * PAUSE]
 
 
 def test_the_nearest_are_relayed_first_and_the_others_next_time() -> None:
-    relaying = Relaying(replaced(SETTINGS, relayed=2))
+    relaying = RelayChooser(replaced(SETTINGS, relayed=2))
     lost = known(*[record(f"r{place}", float(place), stamp=0) for place in (5, 1, 4, 2, 3)])
     assert chosen(relaying, 100, lost, x=2.9) == ["r3", "r2"]
     assert chosen(relaying, 101, lost, x=2.9) == ["r4", "r1"]
@@ -161,6 +161,6 @@ def test_the_nearest_are_relayed_first_and_the_others_next_time() -> None:
 def test_records_that_were_relayed_often_enough_are_not_relayed() -> None:
     lost = record("r2", 1.0, stamp=0)
     for hops, relayed in ((SETTINGS.hops, ["r2"]), (SETTINGS.hops + 1, [])):
-        assert chosen(Relaying(SETTINGS), 100, known(lost, hops=hops)) == relayed
-    (one,) = Relaying(SETTINGS).choose(100, 0.0, 0.0, known(lost, hops=2), listens=False)
+        assert chosen(RelayChooser(SETTINGS), 100, known(lost, hops=hops)) == relayed
+    (one,) = RelayChooser(SETTINGS).choose(100, 0.0, 0.0, known(lost, hops=2), listens=False)
     assert one == (2, lost)

@@ -3,7 +3,7 @@
 import pytest
 
 from swarm.messages.traffic import Claim, Record, Sighting
-from swarm.traffic.peers.sightings import Sightings, keeps
+from swarm.traffic.peers.sightings import Sightings, has_reserved
 from swarm.traffic.settings import TrafficConstants
 from tests.traffic.maps import Drawn
 
@@ -29,15 +29,15 @@ def empty(cell: int, tick: int) -> Sighting:
 
 def test_what_is_seen_is_told_newest_first_and_not_too_much() -> None:
     sightings = Sightings(SETTINGS)
-    assert sightings.told() == ()
+    assert sightings.sightings_to_tell() == ()
     sightings.note(C, empty=False, tick=NOW)
     sightings.note(B, empty=True, tick=NOW + 1)
     sightings.note(A, empty=False, tick=NOW)
-    assert sightings.told() == (empty(B, NOW + 1), body(A, NOW), body(C, NOW))
-    assert sightings.occupied() == {A, C}
+    assert sightings.sightings_to_tell() == (empty(B, NOW + 1), body(A, NOW), body(C, NOW))
+    assert sightings.occupied_cells() == {A, C}
     for cell in range(SETTINGS.sightings + 5):
         sightings.note(cell, empty=False, tick=NOW + cell)
-    told = sightings.told()
+    told = sightings.sightings_to_tell()
     assert [one.tick for one in told] == [NOW + SETTINGS.sightings + 4 - place for place in range(SETTINGS.sightings)]
 
 
@@ -59,18 +59,18 @@ def test_the_newest_sighting_of_a_cell_counts(name: str) -> None:
     seen, heard, occupied = NEWS[name]
     sightings = Sightings(SETTINGS)
     sightings.note(seen.cell, empty=seen.empty, tick=seen.tick)
-    sightings.hear(NOW, [record("r2"), record("r3", heard)])
-    assert sightings.occupied() == occupied
+    sightings.merge_sightings(NOW, [record("r2"), record("r3", heard)])
+    assert sightings.occupied_cells() == occupied
 
 
 @pytest.mark.parametrize(("is_empty", "lasts"), [(False, SETTINGS.obstacle), (True, SETTINGS.emptied)])
 def test_a_sighting_is_forgotten_in_time(is_empty: bool, lasts: int) -> None:
     sightings = Sightings(SETTINGS)
     sightings.note(B, empty=is_empty, tick=NOW)
-    sightings.hear(NOW + lasts - 1, [])
-    assert len(sightings.told()) == 1
-    sightings.hear(NOW + lasts, [])
-    assert sightings.told() == ()
+    sightings.merge_sightings(NOW + lasts - 1, [])
+    assert len(sightings.sightings_to_tell()) == 1
+    sightings.merge_sightings(NOW + lasts, [])
+    assert sightings.sightings_to_tell() == ()
 
 
 # --- silent robots' cells ---
@@ -104,12 +104,23 @@ def test_a_cell_stays_cleared_until_its_robot_is_heard_again() -> None:
     sightings, others = Sightings(SETTINGS), {"r9": SILENT}
     sightings.note(B, empty=True, tick=NOW)
     assert sightings.clear(others, {}) == {("r9", B)}
-    sightings.hear(NOW + SETTINGS.emptied, [])
-    assert sightings.told() == ()
+    sightings.merge_sightings(NOW + SETTINGS.emptied, [])
+    assert sightings.sightings_to_tell() == ()
     assert sightings.clear(others, {}) == {("r9", B)}, "though the sighting is forgotten"
     assert sightings.clear(others, others) == frozenset()
     assert sightings.clear(others, {}) == frozenset()
 
 
+@pytest.mark.parametrize(("stamp", "cleared"), [(NOW - 1, {("r9", B)}), (NOW, set()), (NOW + 1, set())])
+def test_a_record_that_comes_late_through_another_robot_keeps_its_cells(
+    stamp: int, cleared: set[tuple[str, int]]
+) -> None:
+    sightings = Sightings(SETTINGS)
+    sightings.note(B, empty=True, tick=NOW)
+    assert sightings.clear({"r9": SILENT}, {}) == {("r9", B)}
+    relayed = record("r9", stamp=stamp, held=(B,))  # too old to be fresh
+    assert sightings.clear({"r9": relayed}, {}) == cleared
+
+
 def test_a_robot_keeps_what_it_holds_and_what_it_claims() -> None:
-    assert [keeps(SILENT, cell) for cell in (A, B, C, D, E)] == [False, True, True, True, False]
+    assert [has_reserved(SILENT, cell) for cell in (A, B, C, D, E)] == [False, True, True, True, False]

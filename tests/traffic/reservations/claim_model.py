@@ -11,7 +11,17 @@ from functools import cache
 from typing import NamedTuple, TypeVar
 
 from swarm.messages.traffic import Claim, Notice
-from swarm.traffic.reservations.rules import ASK, GRANT, TAKE, Acks, Case, Reservations, Rule, acknowledged, obstacle
+from swarm.traffic.reservations.rules import (
+    ASK,
+    GRANT,
+    TAKE,
+    Acks,
+    ClaimCase,
+    Reservations,
+    Rule,
+    acknowledgements,
+    find_violated_rule,
+)
 
 T = TypeVar("T")
 
@@ -85,19 +95,19 @@ class Model:
             for cell in range(self.cells):
                 wanted = cell not in own.held and all(claim.cell != cell for claim in own.claims)
                 for stamp in self.stamps if wanted else ():
-                    case = Case(Claim(cell, own.number, stamp), me, me, own, others)
-                    if obstacle(self.ask, case) is None:
+                    case = ClaimCase(Claim(cell, own.number, stamp), me, me, own, others)
+                    if find_violated_rule(self.ask, case) is None:
                         yield f"claims {cell} at {stamp}", own.claim(cell, stamp)
         for claim in own.claims:
             yield f"withdraws {claim.cell}", own.withdraw([claim])
-            case = Case(claim, me, me, own, others, near=frozenset(others))
-            if obstacle(self.take, case) is None:
-                yield f"takes {claim.cell}", own.take(claim)
+            case = ClaimCase(claim, me, me, own, others, near=frozenset(others))
+            if find_violated_rule(self.take, case) is None:
+                yield f"takes {claim.cell}", own.hold_claimed(claim)
         for cell in own.held:
-            yield f"releases {cell}", own.keep(tuple(other for other in own.held if other != cell))
+            yield f"releases {cell}", own.keep_only(tuple(other for other in own.held if other != cell))
 
     def _told(self, robot: int, own: Reservations, view: tuple[Told, ...]) -> Told:
-        return Told(own.held, own.claims, acknowledged(str(robot), own, _others(robot, view), self.grant))
+        return Told(own.held, own.claims, acknowledgements(str(robot), own, _others(robot, view), self.grant))
 
     def explore(self, depth: int = 1 << 30, states: int = 1 << 30) -> tuple[list[str] | None, int, bool]:
         """Visit every state, breadth first; give the shortest run to an overlap, the count, whether all was seen."""

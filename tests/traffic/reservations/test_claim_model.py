@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import pytest
 
-from swarm.traffic.reservations.rules import ASK, GRANT, TAKE, Case, Rule
+from swarm.traffic.reservations.rules import ASK, GRANT, TAKE, ClaimCase, Rule
 from tests.traffic.reservations.claim_model import Model
 
 HOLDS = ("I hold the cell", "somebody holds it")
@@ -52,7 +52,7 @@ def test_three_robots_never_hold_one_cell() -> None:
     assert complete
 
 
-def any_acknowledgement(case: Case) -> bool:
+def any_acknowledgement(case: ClaimCase) -> bool:
     """The rule as it would be without claim numbers: an old acknowledgement counts for a new claim."""
     return all(case.me in [robot for robot, _ in case.others[robot].acks] for robot in case.near)
 

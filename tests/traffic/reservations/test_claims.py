@@ -8,10 +8,10 @@ from swarm.geometry import Pose
 from swarm.maps.occupancy import OccupancyMap
 from swarm.messages.traffic import Claim, Entry, Epoch, JointPlan, Record
 from swarm.traffic.interface import MovingObstacle
-from swarm.traffic.joint.states import Following
+from swarm.traffic.joint.states import FollowedPlan
 from swarm.traffic.lattice.cell_map import CellMap
 from swarm.traffic.peers.situation import Situation
-from swarm.traffic.reservations.claims import Claimed, Claiming, room_beside
+from swarm.traffic.reservations.claims import CellClaimer, ClaimResult, list_room_cells
 from swarm.traffic.reservations.route import ALONE, BESIDE, Footprint, RouteProgress
 from swarm.traffic.reservations.rules import Reservations
 from swarm.traffic.settings import TrafficConstants
@@ -50,7 +50,7 @@ def step(
     off: float = 0.0,
     settings: TrafficConstants = NEAR,
     floor: Drawn = FLOOR,
-) -> Claimed:
+) -> ClaimResult:
     """Make one step of r1, whose body is ``off`` [m] to the right of its cell's middle."""
     cell, fresh = floor.at(body)[0], {one.robot: one for one in others}
     pose = floor.pose(cell)
@@ -59,16 +59,16 @@ def step(
     )  # fmt: skip
     plan = None
     if entries is not None:
-        plan = Following("r1", JointPlan(epoch=PLAN, ways={}, after={}), ("r1", "r2"), NOW, 140, entries)
+        plan = FollowedPlan("r1", JointPlan(epoch=PLAN, ways={}, after={}), ("r1", "r2"), NOW, 140, entries)
     footprint = Footprint(NOW, pose._replace(x=pose.x + off), cell, frozenset({cell}))
-    return Claiming("r1", settings).step(progress, plan, situation, footprint, floor.at(room))
+    return CellClaimer("r1", settings).step(progress, plan, situation, footprint, floor.at(room))
 
 
 def names(cells: tuple[int, ...]) -> str:
     return "".join(name for cell in cells for name in FLOOR.names if FLOOR.at(name) == (cell,))
 
 
-def claimed(after: Claimed) -> str:
+def claimed(after: ClaimResult) -> str:
     return names(tuple(claim.cell for claim in after.progress.reservations.claims))
 
 
@@ -95,7 +95,7 @@ COMING = other("r2", "j", epoch=PLAN, left=0, entered=0)
 SILENT = other("r8", "b", stamp=0)
 
 # fmt: off
-ASKS: dict[str, tuple[Claimed, str, tuple[str, ...]]] = {  # the step: cells claimed, who is waited for
+ASKS: dict[str, tuple[ClaimResult, str, tuple[str, ...]]] = {  # the step: cells claimed, who is waited for
     "as far as it may be heard":            (step(way()),                                               "bc",  ()),
     "a little nearer, one more":            (step(way(), off=0.11),                                     "bcd", ()),
     "not quite near enough":                (step(way(), off=0.09),                                     "bc",  ()),
@@ -143,7 +143,7 @@ R2, ACKED = other("r2", "k"), other("r2", "k", acks=ACK)
 R3 = other("r3", "l")
 
 # fmt: off
-TAKES: dict[str, tuple[Claimed, str, tuple[str, ...], bool]] = {  # the step: cells held, who is waited for, if it took one
+TAKES: dict[str, tuple[ClaimResult, str, tuple[str, ...], bool]] = {  # the step: cells held, who is waited for, if it took one
     "all have acknowledged":                 (step(way("a", "bc", RIPE), ACKED),                        "ab",  (), True),
     "nobody is near":                        (step(way("a", "bc", RIPE)),                               "ab",  (), True),
     "wherever in its cell it is":            (step(way("a", "bc", RIPE), off=0.3),                      "ab",  (), True),
@@ -172,12 +172,12 @@ def test_a_claimed_cell_is_taken_once_all_near_have_acknowledged(name: str) -> N
 # --- room beside its way ---
 
 
-def besides(after: Claimed) -> str:
+def besides(after: ClaimResult) -> str:
     return names(tuple(claim.cell for claim in after.progress.reservations.beside))
 
 
 # fmt: off
-ROOMS: dict[str, tuple[Claimed, str]] = {  # the step: cells beside the way that are claimed
+ROOMS: dict[str, tuple[ClaimResult, str]] = {  # the step: cells beside the way that are claimed
     "each":                                  (step(way("a", "b"), room="ij"),                            "ij"),
     "four at a time":                        (step(way("a", "b"), room="ijklm", settings=WIDE),          "ijkl"),
     "none that it holds, claims or comes to": (step(way("a", "bcd"), room="abci"),                       "i"),
@@ -244,7 +244,7 @@ def asked(way: RouteProgress, at: str, others: dict[str, str] | None = None, swe
     if others and "claims" in others:
         told["claims"] = tuple(Claim(cell, 1, 0) for cell in YARD.at(others["claims"]))
     record = replace(Record(robot="r2", stamp=0, x=0.0, y=0.0, goal=0), **told)
-    return named(room_beside(way, YARD.pose(*YARD.at(at)), sweeps, {"r2": record}, (), YARD.cells))
+    return named(list_room_cells(way, YARD.pose(*YARD.at(at)), sweeps, {"r2": record}, (), YARD.cells))
 
 
 def named(cells: tuple[int, ...]) -> str:
@@ -298,9 +298,9 @@ def test_a_wall_between_a_cell_and_its_way_leads_round_it(walled: bool, back: tu
     fine.cells[4, 0:4] = walled
     cells = CellMap(fine, side=1.2, radius=0.23)
     astray = RouteProgress(Reservations((0, 2, 5, 4, 3)), (BESIDE, *(ALONE,) * 4))
-    assert room_beside(astray, Pose(0.6, 0.6, 0.0), (), {}, (), cells) == back
+    assert list_room_cells(astray, Pose(0.6, 0.6, 0.0), (), {}, (), cells) == back
     beside = RouteProgress(Reservations((1, 2, 5, 4, 3)), (BESIDE, *(ALONE,) * 4))
-    assert room_beside(beside, Pose(1.8, 0.6, 0.0), (0,), {}, (), cells) == room
+    assert list_room_cells(beside, Pose(1.8, 0.6, 0.0), (0,), {}, (), cells) == room
 
 
 def test_who_strayed_into_a_lane_half_a_cell_wide_asks_for_the_cells_along_its_way_back() -> None:
@@ -308,10 +308,10 @@ def test_who_strayed_into_a_lane_half_a_cell_wide_asks_for_the_cells_along_its_w
     cells = CellMap(lane(), side=SIDE, radius=0.23)
     astray = RouteProgress(Reservations((3, 4, 7, 8)), (BESIDE, BESIDE, ALONE, ALONE))
     assert not cells.stands[4]
-    assert room_beside(astray, Pose(1.25, 2.0, 0.0), (), {}, (), cells) == (6,)
+    assert list_room_cells(astray, Pose(1.25, 2.0, 0.0), (), {}, (), cells) == (6,)
     keeps = RouteProgress(Reservations((3, 4, 6, 7, 8)), (BESIDE,) * 3 + (ALONE,) * 2)
     plans = Record(robot="r2", stamp=0, x=0.0, y=0.0, goal=6, ahead=(6,))
-    assert room_beside(keeps, Pose(1.25, 2.0, 0.0), (), {"r2": plans}, (), cells) == (6,), "what it has, it keeps"
+    assert list_room_cells(keeps, Pose(1.25, 2.0, 0.0), (), {"r2": plans}, (), cells) == (6,), "what it has, it keeps"
 
 
 def threatened(*places: tuple[str, float, float], floor: Drawn = YARD, held: str = "") -> str:
@@ -319,7 +319,7 @@ def threatened(*places: tuple[str, float, float], floor: Drawn = YARD, held: str
     threats = [(floor.pose(*floor.at(name)), dx, dy) for name, dx, dy in places]
     moving = tuple(MovingObstacle(pose.x + dx, pose.y + dy, 0.0, 0.0) for pose, dx, dy in threats)
     others = {"r2": Record(robot="r2", stamp=0, x=0.0, y=0.0, goal=0, held=floor.at(held), ahead=floor.at("k"))}
-    return named(room_beside(progress("r"), floor.pose(*floor.at("r")), (), others, moving, floor.cells))
+    return named(list_room_cells(progress("r"), floor.pose(*floor.at("r")), (), others, moving, floor.cells))
 
 
 WALLED = Drawn("abcdefg", "hij#lmn", "opqrstu", "vwx.zAB", "CDEFGHI")
@@ -337,7 +337,7 @@ def test_before_a_threat_it_asks_for_all_cells_round_it_that_are_farther_off() -
 
 def test_before_a_threat_it_asks_for_no_cell_that_it_cannot_stand_in() -> None:
     x, y = WALLED.cells.centre(WALLED.at("q")[0])
-    got = room_beside(
+    got = list_room_cells(
         progress("r"), WALLED.pose(*WALLED.at("r")), (), {}, (MovingObstacle(x + 0.1, y, 0.0, 0.0),), WALLED.cells
     )
     assert named(got) == "jlsxyz"

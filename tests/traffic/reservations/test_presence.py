@@ -12,14 +12,14 @@ from swarm.traffic.reservations.route import (
     BESIDE,
     OFF_WAY,
     Footprint,
-    OffRoute,
+    OffRouteChecker,
     RouteProgress,
-    after_sleep,
     footprint_of,
     free_drive_cells,
-    given_back,
+    give_back,
+    hold_free_drive_cells,
     hold_under_body,
-    spread,
+    resume_after_sleep,
 )
 from swarm.traffic.reservations.rules import Reservations
 from swarm.traffic.settings import TrafficConstants
@@ -58,7 +58,7 @@ OFF: dict[str, tuple[RouteProgress, Footprint, bool]] = {  # body beside the way
 @pytest.mark.parametrize("name", OFF)
 def test_a_robot_long_off_its_way_begins_again_where_it_is(name: str) -> None:
     way, where, again = OFF[name]
-    presence = OffRoute()
+    presence = OffRouteChecker()
     for tick in range(100, 100 + OFF_WAY + 1):
         now = body(A, tick=tick) if tick == 100 else where._replace(tick=tick)
         assert presence.keep_on_way(way, now, FLOOR.cells, threatened=False) is way, tick
@@ -74,7 +74,7 @@ def test_who_fled_from_a_threat_into_room_beside_a_plans_way_does_not_come_back(
     threatened: set[int], again: bool
 ) -> None:
     """At tick 100 it is on its way, and beside it from then on."""
-    way, presence = progress((E, A, B), 1, following=True), OffRoute()
+    way, presence = progress((E, A, B), 1, following=True), OffRouteChecker()
     kept = [
         presence.keep_on_way(way, body(A if tick == 100 else E, tick=tick), FLOOR.cells, threatened=tick in threatened)
         is way
@@ -92,23 +92,27 @@ def test_a_footprint_is_what_the_body_and_its_brake_reach_into() -> None:
 
 
 def test_who_starts_holds_what_it_touches_and_stands_in_the_nearest() -> None:
-    got = after_sleep(None, body(B, A, B, tick=6, dx=-0.5), FLOOR.cells)
+    got = resume_after_sleep(None, body(B, A, B, tick=6, dx=-0.5), FLOOR.cells)
     assert (got.reservations.held, got.steps) == ((A, B), (BESIDE, ALONE))
-    later = after_sleep(None, body(B, tick=7), FLOOR.cells)
+    later = resume_after_sleep(None, body(B, tick=7), FLOOR.cells)
     assert later.reservations.number > got.reservations.number + 7, "more numbers than claims in a tick"
 
 
 def test_who_wakes_goes_on_if_it_is_still_on_its_way() -> None:
     way = progress((E, A, B), 1)
-    assert after_sleep(way, body(A), FLOOR.cells).reservations.held == (E, A)
-    assert after_sleep(way, body(E), FLOOR.cells) == RouteProgress(Reservations((E,), (), 9), (ALONE,)), "off its way"
-    assert after_sleep(way, body(A, A, F), FLOOR.cells).reservations.held == (A,), "it touches what it does not hold"
-    assert after_sleep(way, body(F), FLOOR.cells).reservations.held == (F,), "it holds nothing of what it is in"
+    assert resume_after_sleep(way, body(A), FLOOR.cells).reservations.held == (E, A)
+    assert resume_after_sleep(way, body(E), FLOOR.cells) == RouteProgress(Reservations((E,), (), 9), (ALONE,)), (
+        "off its way"
+    )
+    assert resume_after_sleep(way, body(A, A, F), FLOOR.cells).reservations.held == (A,), (
+        "it touches what it does not hold"
+    )
+    assert resume_after_sleep(way, body(F), FLOOR.cells).reservations.held == (F,), "it holds nothing of what it is in"
 
 
 def test_who_gives_back_turns_round_only_on_its_way() -> None:
-    assert given_back(progress((A, B, C)), body(A, A, B), FLOOR.cells).reservations.held == (B, A)
-    assert given_back(progress((E, A, B), 1), body(A, A, E), FLOOR.cells).reservations.held == (E, A)
+    assert give_back(progress((A, B, C)), body(A, A, B), FLOOR.cells).reservations.held == (B, A)
+    assert give_back(progress((E, A, B), 1), body(A, A, E), FLOOR.cells).reservations.held == (E, A)
 
 
 def test_a_body_in_a_cell_that_it_does_not_hold_holds_it_too() -> None:
@@ -122,13 +126,15 @@ def test_a_body_in_a_cell_that_it_does_not_hold_holds_it_too() -> None:
 def test_in_free_drive_a_robot_holds_what_it_could_reach_within_two_ticks(dx: float, held: tuple[int, ...]) -> None:
     """0.2 m of body, 0.03 m of margin and twice 0.045 m: from 0.28 m off the middle it may be in the next cell."""
     pose = FLOOR.pose(A)
-    got, footprint = spread(progress((A,)), TrafficInputs(5, pose._replace(x=pose.x + dx), None), FLOOR.cells, SETTINGS)
+    got, footprint = hold_free_drive_cells(
+        progress((A,)), TrafficInputs(5, pose._replace(x=pose.x + dx), None), FLOOR.cells, SETTINGS
+    )
     assert got.reservations.held == held
     assert footprint.touched == set(held)
 
 
 ROW = Drawn("abcdefghi", ".#.......")
-NEAR = SETTINGS.alone  # m, 3.5 of claims and 2.5 of driving
+NEAR = SETTINGS.alone_distance  # m, 3.5 of claims and 2.5 of driving
 ABOUT = (*ROW.at("abcd"), *(ROW.cell((1, column)) for column in (0, 2, 3)))
 
 
@@ -175,11 +181,11 @@ def test_along_the_other_axis_nearness_is_the_same() -> None:
 def test_the_first_ticks_of_a_robot() -> None:
     way = progress((E, A, B), 1)
     for tick, kept in ((30, True), (31, False)):
-        assert (OffRoute().keep_on_way(way, body(E, tick=tick), FLOOR.cells, threatened=False) is way) is kept
-    beside, presence = progress((E, A, B), 1, following=True), OffRoute()
+        assert (OffRouteChecker().keep_on_way(way, body(E, tick=tick), FLOOR.cells, threatened=False) is way) is kept
+    beside, presence = progress((E, A, B), 1, following=True), OffRouteChecker()
     for tick in (0, 31):
         assert presence.keep_on_way(beside, body(E, tick=tick), FLOOR.cells, threatened=False) is beside
-    assert after_sleep(None, body(B, tick=6), FLOOR.cells).reservations.number == 385
+    assert resume_after_sleep(None, body(B, tick=6), FLOOR.cells).reservations.number == 385
 
 
 def test_free_drive_counts_two_cells_to_either_side() -> None:
@@ -202,6 +208,6 @@ def test_free_drive_counts_two_cells_to_either_side() -> None:
 def test_where_it_cannot_stand_it_takes_no_cell_that_it_neither_touches_nor_held(
     held: tuple[int, ...], kept: tuple[int, ...]
 ) -> None:
-    found = given_back(progress(held, 1), body(WALL), FLOOR.cells)
+    found = give_back(progress(held, 1), body(WALL), FLOOR.cells)
     assert found.reservations.held == kept
     assert not found.reservations.all_claims

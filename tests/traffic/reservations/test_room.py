@@ -223,7 +223,7 @@ def test_a_stop_farther_on_than_what_it_drives_through_cuts_nothing() -> None:
     assert last.held[-1] in range(A + 1, B)
     assert not last.exactly
     head, following = last.way[len(last.held) - 1 :][:2]
-    assert last.waypoints[-1] == FLOOR.cells.leaning(head, following, SETTINGS.leaning_room)
+    assert last.waypoints[-1] == FLOOR.cells.leaning_point(head, following, SETTINGS.leaning_room)
 
 
 # --- off its way ---
@@ -284,7 +284,7 @@ def test_where_an_edit_leaves_it_in_a_cell_that_is_none_to_stand_in_it_drives_to
     assert not after.stands[row]
     traffic = Traffic("r1", before, SETTINGS)
     pose = Pose(SIDE + 0.3, 1.5 * SIDE, 0.0)  # in that cell alone
-    assert before.touched(pose.x, pose.y, SETTINGS.radius + SETTINGS.margin) == (row,)
+    assert before.cells_under_disc(pose.x, pose.y, SETTINGS.radius + SETTINGS.margin) == (row,)
     traffic.step(TrafficInputs(0, pose, goal), before)
     for tick in range(1, LONG):
         granted = traffic.step(TrafficInputs(tick, pose, goal), after)

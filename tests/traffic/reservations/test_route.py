@@ -23,47 +23,47 @@ WIDE = progress((7, 1, 2), (BESIDE, ALONE, ALONE), 8)
 
 
 def test_where_it_is_on_its_way() -> None:
-    assert (PLAN.head, PLAN.left, PLAN.next_step) == (3, 4, 7)
-    assert (MINE.head, MINE.left) == (3, 0)
-    assert WIDE.left == 0
-    assert [way.on_way for way in (PLAN, MINE, WIDE)] == [3, 3, 2]
-    assert [PLAN.place(body) for body in (1, 2, 3, 99)] == [0, 1, 2, 0]
-    assert progress((1, 2, 1), (ALONE,) * 3).place(1) == 2, "the latest"
-    assert [WIDE.strayed(body) for body in (7, 1, 2)] == [True, False, False]
-    assert WIDE.strayed(99), "taken to be in the first of the cells held"
-    assert not PLAN.strayed(99)
+    assert (PLAN.head, PLAN.steps_left_behind, PLAN.next_step) == (3, 4, 7)
+    assert (MINE.head, MINE.steps_left_behind) == (3, 0)
+    assert WIDE.steps_left_behind == 0
+    assert [way.way_cell_count for way in (PLAN, MINE, WIDE)] == [3, 3, 2]
+    assert [PLAN.body_index(body) for body in (1, 2, 3, 99)] == [0, 1, 2, 0]
+    assert progress((1, 2, 1), (ALONE,) * 3).body_index(1) == 2, "the latest"
+    assert [WIDE.has_strayed(body) for body in (7, 1, 2)] == [True, False, False]
+    assert WIDE.has_strayed(99), "taken to be in the first of the cells held"
+    assert not PLAN.has_strayed(99)
 
 
 def test_at_first_there_is_no_way() -> None:
     first = RouteProgress(Reservations((1,)), (ALONE,))
     assert (first.route, first.following, first.sought) == ((), False, False)
-    assert progress((7,), (BESIDE,)).left == 0
+    assert progress((7,), (BESIDE,)).steps_left_behind == 0
 
 
 def test_it_takes_up_a_plan_at_its_head() -> None:
-    taken = WIDE.onto((2, 5, 6))
+    taken = WIDE.on_joint_way((2, 5, 6))
     assert (taken.steps, taken.route, taken.following) == ((BESIDE, ALONE, 0), (5, 6), True)
-    assert PLAN.onto((3, 5)).steps == (ALONE, ALONE, 0), "steps of the plan before mean nothing now"
+    assert PLAN.on_joint_way((3, 5)).steps == (ALONE, ALONE, 0), "steps of the plan before mean nothing now"
     assert taken.reservations == WIDE.reservations
 
 
 def test_it_goes_its_own_way() -> None:
-    alone = PLAN.alone((5,))
+    alone = PLAN.on_own_way((5,))
     assert (alone.steps, alone.route, alone.following) == ((ALONE,) * 3, (5,), False)
-    assert WIDE.alone(()).steps == (BESIDE, ALONE, ALONE)
+    assert WIDE.on_own_way(()).steps == (BESIDE, ALONE, ALONE)
 
 
 def test_it_grows_by_the_first_cell_of_its_route() -> None:
-    grown = PLAN.grown(PLAN.reservations.keep((1, 2, 3, 8)))
+    grown = PLAN.advance_head(PLAN.reservations.keep_only((1, 2, 3, 8)))
     assert (grown.reservations.held, grown.steps, grown.route) == ((1, 2, 3, 8), (4, 5, 6, 7), (9,))
-    assert MINE.grown(MINE.reservations.keep((1, 2, 3, 8))).steps == (ALONE,) * 4
+    assert MINE.advance_head(MINE.reservations.keep_only((1, 2, 3, 8))).steps == (ALONE,) * 4
 
 
 def test_what_the_body_is_in_is_held_beside_the_way() -> None:
-    wide = MINE.widened((3, 9, 8))
+    wide = MINE.hold_beside((3, 9, 8))
     assert (wide.reservations.held, wide.steps) == ((8, 9, 1, 2, 3), (BESIDE, BESIDE, ALONE, ALONE, ALONE))
     assert wide.reservations.claims == MINE.reservations.claims
-    assert MINE.widened((1, 3)) is MINE
+    assert MINE.hold_beside((1, 3)) is MINE
 
 
 # fmt: off
@@ -101,9 +101,11 @@ def test_room_that_was_granted_is_held_beside_the_way_as_long_as_it_is_asked_for
     asked = MINE._replace(reservations=MINE.reservations._replace(beside=(beside,)))
     wide = asked.with_room(beside)
     assert (wide.reservations, wide.steps) == (Reservations((6, 1, 2, 3), (CLAIM,), 5), (BESIDE, *MINE.steps))
-    assert wide.released({2}, 2, room=(6,)).reservations.held == (6, 2, 3)
-    assert wide.released({2}, 2, room=(1,)).reservations.held == (2, 3), "only cells beside the way are kept as room"
-    assert wide.released({2}, 2).reservations.held == (2, 3)
+    assert wide.release_behind({2}, 2, room=(6,)).reservations.held == (6, 2, 3)
+    assert wide.release_behind({2}, 2, room=(1,)).reservations.held == (2, 3), (
+        "only cells beside the way are kept as room"
+    )
+    assert wide.release_behind({2}, 2).reservations.held == (2, 3)
 
 
 def test_a_cell_is_beside_the_way_if_it_is_next_to_a_held_cell_of_it() -> None:
@@ -115,9 +117,14 @@ def test_a_cell_is_beside_the_way_if_it_is_next_to_a_held_cell_of_it() -> None:
 
 
 def test_only_a_way_that_a_search_found_counts_as_sought() -> None:
-    alone = PLAN.alone(())
-    assert (PLAN.sought, alone.sought, alone.onto((3, 5)).sought, alone.nowhere().sought) == (False, True, False, False)
-    nowhere = PLAN.nowhere()
+    alone = PLAN.on_own_way(())
+    assert (PLAN.sought, alone.sought, alone.on_joint_way((3, 5)).sought, alone.without_way().sought) == (
+        False,
+        True,
+        False,
+        False,
+    )
+    nowhere = PLAN.without_way()
     assert (nowhere.steps, nowhere.route, nowhere.following) == ((ALONE,) * 3, (), False)
 
 
@@ -137,7 +144,7 @@ RELEASES: dict[str, tuple[tuple[int, ...], set[int], int, tuple[int, ...]]] = { 
 def test_what_lies_behind_is_let_go_of_once_the_brake_is_clear_of_it(name: str) -> None:
     held, touched, body, still = RELEASES[name]
     before = progress(held, tuple(range(len(held))), 8, following=True)
-    after = before.released(touched, body)
+    after = before.release_behind(touched, body)
     assert after.reservations.held == still
     assert [held[step] for step in after.steps] == list(still), "each keeps its step"
     assert (after is before) is (still == held)
@@ -159,7 +166,7 @@ WIDE_RELEASES = {  # held, their steps, touched, body: still held
 @pytest.mark.parametrize("name", WIDE_RELEASES)
 def test_cells_beside_the_way_are_let_go_of_too(name: str) -> None:
     held, steps, touched, body, still = WIDE_RELEASES[name]
-    assert progress(held, steps).released(touched, body).reservations.held == still
+    assert progress(held, steps).release_behind(touched, body).reservations.held == still
 
 
 # fmt: off
@@ -178,26 +185,29 @@ VISITS = {  # held, their steps, body: what is still held, which is the first to
 @pytest.mark.parametrize("name", VISITS)
 def test_the_cell_to_visit_stays_until_it_was_visited(name: str) -> None:
     held, steps, body, still, first = VISITS[name]
-    after = progress(held, steps, 8, following=True).released({body}, body, visits=4)
+    after = progress(held, steps, 8, following=True).release_behind({body}, body, visits=4)
     assert after.reservations.held == still
-    assert after.until(body, 4) == first
-    assert progress(held, steps).released({body}, body).reservations.held == held[after.place(body) - len(still) :]
+    assert after.body_index_before_visit(body, 4) == first
+    assert (
+        progress(held, steps).release_behind({body}, body).reservations.held
+        == held[after.body_index(body) - len(still) :]
+    )
 
 
 def test_who_wakes_keeps_what_it_is_in_and_has_to_ask_again_for_the_rest() -> None:
-    awake = PLAN.awoken({1, 2})
+    awake = PLAN.after_waking({1, 2})
     assert (awake.reservations, awake.steps) == (Reservations((1, 2), (), 5), (4, 5))
     assert (awake.route, awake.following) == ((3, 8, 9), True)
-    assert PLAN.awoken({3}).reservations.held == (1, 2, 3)
+    assert PLAN.after_waking({3}).reservations.held == (1, 2, 3)
 
 
 def test_who_gives_back_turns_round() -> None:
-    back = PLAN.turned_round({1, 2})
+    back = PLAN.turn_round({1, 2})
     assert (back.reservations, back.steps) == (Reservations((2, 1), (), 5), (ALONE, ALONE))
     assert (back.route, back.following) == ((), False)
-    assert PLAN.turned_round({1}).reservations.held == (1,)
-    assert PLAN.turned_round(set()).reservations.held == (1,), "never nothing"
-    assert progress((1, 2, 1), (ALONE,) * 3).turned_round({1}).reservations.held == (2, 1), "each once"
+    assert PLAN.turn_round({1}).reservations.held == (1,)
+    assert PLAN.turn_round(set()).reservations.held == (1,), "never nothing"
+    assert progress((1, 2, 1), (ALONE,) * 3).turn_round({1}).reservations.held == (2, 1), "each once"
 
 
 LINE = Drawn("abcdef", "######")
@@ -207,12 +217,12 @@ SHUT = Drawn("abc#ef", "######")
 
 def test_on_another_floor_what_no_longer_connects_is_given_up() -> None:
     before = progress((A, B, C, D), (0, 1, 2, 3), E, following=True)
-    same = before.over(LINE.cells, {A}, A)
+    same = before.on_new_floor(LINE.cells, {A}, A)
     assert (same.reservations, same.steps) == (Reservations((A, B, C, D), (), 5), (ALONE,) * 4)
     assert (same.route, same.following) == ((), False)
-    shut = before.over(SHUT.cells, {A}, A)
+    shut = before.on_new_floor(SHUT.cells, {A}, A)
     assert (shut.reservations.held, shut.steps) == ((A, B, C), (ALONE,) * 3)
-    touching = before.over(SHUT.cells, {C, D}, C)
+    touching = before.on_new_floor(SHUT.cells, {C, D}, C)
     assert (touching.reservations.held, touching.steps) == ((A, B, D, C), (ALONE, ALONE, BESIDE, ALONE))
 
 
@@ -223,7 +233,7 @@ def test_on_another_floor_what_no_longer_connects_is_given_up() -> None:
 def test_whose_cell_becomes_a_wall_goes_back_to_the_last_one_where_it_can_stand(
     held: tuple[int, ...], kept: tuple[int, ...], steps: tuple[int, ...]
 ) -> None:
-    after = progress(held, tuple(range(len(held))), F, following=True).over(SHUT.cells, {C, D} & set(held), D)
+    after = progress(held, tuple(range(len(held))), F, following=True).on_new_floor(SHUT.cells, {C, D} & set(held), D)
     assert (after.reservations.held, after.steps) == (kept, steps)
 
 
@@ -242,9 +252,9 @@ BROKEN = {  # held, route, body: what is shut ahead, and of that between held ce
 def test_what_another_floor_breaks_is_listed(name: str) -> None:
     held, route, body, shut, of_held = BROKEN[name]
     before = progress(held, (ALONE,) * len(held), *route)
-    assert before.shut(SHUT.cells, body) == shut
-    assert before.shut(SHUT.cells, body, route=False) == of_held
-    assert before.shut(LINE.cells, body) == ()
+    assert before.joins_shut_ahead(SHUT.cells, body) == shut
+    assert before.joins_shut_ahead(SHUT.cells, body, route=False) == of_held
+    assert before.joins_shut_ahead(LINE.cells, body) == ()
 
 
 cells = st.integers(0, 6)
@@ -258,16 +268,16 @@ def test_no_move_but_growing_and_widening_adds_a_cell(
     before = RouteProgress(Reservations(tuple(held), (CLAIM,), 5), tuple(range(first, first + len(held))), (8,), True)
     mine = {cell for cell in touched if cell in held} | {held[0]}
     moved = [
-        before.released(touched, body),
-        before.awoken(mine),
-        before.turned_round(touched),
-        before.over(LINE.cells, mine, held[0]) if max(held) < len(LINE.cells) else before,
+        before.release_behind(touched, body),
+        before.after_waking(mine),
+        before.turn_round(touched),
+        before.on_new_floor(LINE.cells, mine, held[0]) if max(held) < len(LINE.cells) else before,
     ]
     for after in moved:
         assert set(after.reservations.held) <= set(held)
         assert len(after.steps) == len(after.reservations.held) >= 1
         assert after.reservations.number == before.reservations.number
-    assert set(before.widened(touched).reservations.held) == set(held) | touched
+    assert set(before.hold_beside(touched).reservations.held) == set(held) | touched
     kept = set(moved[0].reservations.held)
     assert (touched & set(held)) <= kept, "what the brake needs is never let go of"
-    assert (touched & set(held)) <= set(before.awoken(mine | (touched & set(held))).reservations.held)
+    assert (touched & set(held)) <= set(before.after_waking(mine | (touched & set(held))).reservations.held)

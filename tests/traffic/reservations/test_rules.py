@@ -9,7 +9,15 @@ from msgspec.structs import replace
 
 from swarm.messages.traffic import Claim, Notice, Record, TrafficBroadcast
 from swarm.traffic.interface import TrafficInputs, TrafficOutputs
-from swarm.traffic.reservations.rules import ASK, GRANT, TAKE, Case, Reservations, acknowledged, obstacle
+from swarm.traffic.reservations.rules import (
+    ASK,
+    GRANT,
+    TAKE,
+    ClaimCase,
+    Reservations,
+    acknowledgements,
+    find_violated_rule,
+)
 from swarm.traffic.settings import TrafficConstants
 from swarm.traffic.step import Traffic
 from tests.traffic.maps import SIDE, Drawn
@@ -48,16 +56,16 @@ GRANTS: dict[str, tuple[str, Reservations, str | None]] = {  # who claims: r0 or
 @pytest.mark.parametrize("name", GRANTS)
 def test_who_holds_a_cell_or_claimed_it_first_does_not_acknowledge(name: str) -> None:
     who, own, against = GRANTS[name]
-    assert obstacle(GRANT, Case(THEIRS, who, "r1", own, {})) == against
+    assert find_violated_rule(GRANT, ClaimCase(THEIRS, who, "r1", own, {})) == against
     others = {who: notice(who, (), THEIRS, Claim(OTHER + 5, 10, 20))}
-    assert acknowledged("r1", own, others) == (((who, 9),) if against is None else ()) + ((who, 10),)
+    assert acknowledgements("r1", own, others) == (((who, 9),) if against is None else ()) + ((who, 10),)
 
 
 def test_acknowledgements_are_of_all_others_by_name_and_number() -> None:
     others = {"r9": notice("r9", (), Claim(7, 4, 1)), "r2": notice("r2", (), Claim(8, 2, 1), Claim(9, 3, 1))}
-    assert acknowledged("r1", Reservations(), others) == (("r2", 2), ("r2", 3), ("r9", 4))
-    assert acknowledged("r1", Reservations((8,)), others) == (("r2", 3), ("r9", 4))
-    assert acknowledged("r1", Reservations(), {}) == ()
+    assert acknowledgements("r1", Reservations(), others) == (("r2", 2), ("r2", 3), ("r9", 4))
+    assert acknowledgements("r1", Reservations((8,)), others) == (("r2", 3), ("r9", 4))
+    assert acknowledgements("r1", Reservations(), {}) == ()
 
 
 # --- I claim, and I take ---
@@ -85,8 +93,8 @@ ASKS: dict[str, tuple[Notice, frozenset[tuple[str, int]], str | None]] = {
 @pytest.mark.parametrize("name", ASKS)
 def test_what_is_claimed_is_nobodys(name: str) -> None:
     other, cleared, against = ASKS[name]
-    case = Case(MINE, "r1", "r1", Reservations(), {"r0": notice("r0"), "r2": other}, cleared=cleared)
-    assert obstacle(ASK, case) == against
+    case = ClaimCase(MINE, "r1", "r1", Reservations(), {"r0": notice("r0"), "r2": other}, cleared=cleared)
+    assert find_violated_rule(ASK, case) == against
 
 
 ACK = (("r1", MINE.number),)
@@ -110,26 +118,29 @@ TAKES: dict[str, tuple[Notice, str | None]] = {
 @pytest.mark.parametrize("name", TAKES)
 def test_what_is_taken_all_near_have_acknowledged(name: str) -> None:
     other, against = TAKES[name]
-    case = Case(MINE, "r1", "r1", Reservations(), {"r2": other}, near=frozenset({"r2"}), age=8, ripe=8)
-    assert obstacle(TAKE, case) == against
-    assert obstacle(TAKE, case._replace(age=7)) == YOUNG
-    assert obstacle(TAKE, case._replace(near=frozenset())) == (None if against == UNASKED else against)
+    case = ClaimCase(MINE, "r1", "r1", Reservations(), {"r2": other}, near=frozenset({"r2"}), age=8, ripe=8)
+    assert find_violated_rule(TAKE, case) == against
+    assert find_violated_rule(TAKE, case._replace(age=7)) == YOUNG
+    assert find_violated_rule(TAKE, case._replace(near=frozenset())) == (None if against == UNASKED else against)
     if against in {HELD, LATER}:
-        assert obstacle(TAKE, case._replace(cleared=CLEAR)) is None
-        assert obstacle(TAKE, case._replace(cleared=frozenset({("r2", OTHER)}))) == against
+        assert find_violated_rule(TAKE, case._replace(cleared=CLEAR)) is None
+        assert find_violated_rule(TAKE, case._replace(cleared=frozenset({("r2", OTHER)}))) == against
 
 
 def test_at_the_same_tick_the_lower_id_is_older() -> None:
     for other, against in (("r0", LATER), ("r2", None)):
         others = {other: notice(other, (), Claim(CELL, 1, 20), acks=ACK)}
-        assert obstacle(TAKE, Case(MINE, "r1", "r1", Reservations(), others, near=frozenset(others))) == against
+        assert (
+            find_violated_rule(TAKE, ClaimCase(MINE, "r1", "r1", Reservations(), others, near=frozenset(others)))
+            == against
+        )
 
 
 def test_all_near_are_asked_and_not_just_one() -> None:
     others = {"r2": notice("r2", acks=ACK), "r3": notice("r3")}
-    case = Case(MINE, "r1", "r1", Reservations(), others, near=frozenset({"r2"}))
-    assert obstacle(TAKE, case) is None
-    assert obstacle(TAKE, case._replace(near=frozenset(others))) == UNASKED
+    case = ClaimCase(MINE, "r1", "r1", Reservations(), others, near=frozenset({"r2"}))
+    assert find_violated_rule(TAKE, case) is None
+    assert find_violated_rule(TAKE, case._replace(near=frozenset(others))) == UNASKED
 
 
 # --- the reservations ---
@@ -146,7 +157,7 @@ def test_each_number_is_used_once_and_only_a_claim_becomes_a_hold(moves: list[st
             assert reservations.claims == (*before.claims, Claim(cell, before.number, cell))
             assert reservations.held == before.held
         elif move == "keep":
-            reservations = reservations.keep(reservations.held[1:])
+            reservations = reservations.keep_only(reservations.held[1:])
             assert (reservations.held, reservations.claims, reservations.number) == (
                 before.held[1:],
                 before.claims,
@@ -154,7 +165,7 @@ def test_each_number_is_used_once_and_only_a_claim_becomes_a_hold(moves: list[st
             )
         elif reservations.claims:
             claim = reservations.claims[0]
-            reservations = reservations.take(claim) if move == "take" else reservations.withdraw([claim])
+            reservations = reservations.hold_claimed(claim) if move == "take" else reservations.withdraw([claim])
             assert reservations.held == (before.held if move == "withdraw" else (*before.held, claim.cell))
             assert reservations.claims == before.claims[1:]
             assert reservations.number == before.number
@@ -172,7 +183,7 @@ def test_numbers_go_up_by_one_on_the_way_and_beside_it() -> None:
 
 
 def test_a_claim_has_to_ripen_only_where_it_is_said() -> None:
-    assert obstacle(TAKE, Case(MINE, "r1", "r1", Reservations(), {}, age=0)) is None
+    assert find_violated_rule(TAKE, ClaimCase(MINE, "r1", "r1", Reservations(), {}, age=0)) is None
 
 
 # --- who has to acknowledge, as one robot's whole traffic does it ---

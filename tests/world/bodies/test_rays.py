@@ -65,7 +65,7 @@ class Scene(NamedTuple):
 
     def sees_each(self, a: Place, *places: Place) -> list[bool]:
         """Ask it to which places no wall is between."""
-        return [bool(one) for one in rays.sees_each(*self._floor(), *a, np.array(places))]
+        return [bool(one) for one in rays.are_in_sight(*self._floor(), *a, np.array(places))]
 
     def _floor(self) -> tuple[NDArray[np.uint8], float, float, float, float]:
         cells = np.zeros((ROWS, COLUMNS), np.uint8)

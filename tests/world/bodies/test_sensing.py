@@ -12,7 +12,7 @@ from swarm.geometry import Pose
 from swarm.scenario.load import Scenario
 from tests.shared import scenario_of, with_settings
 from world.bodies.physics import Physics
-from world.bodies.sensing import FreeDistances, Sensing
+from world.bodies.sensors import FreeDistances, Sensing
 
 NOISE, BEARING_NOISE = 0.05, 4.0  # m, degrees
 QUIET = scenario_of()

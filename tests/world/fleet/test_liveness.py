@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from swarm.messages import STATE, Liveness, Seen
 from world.fleet.liveness import NEXT, STEP, TOLD, Fact, Liveliness
-from world.tasks.standing import LOST
+from world.tasks.standstill import LOST
 
 SILENT = STATE.timeout + 0.5  # s
 ALIVE, STALE, GONE, MISSED = Liveness.ALIVE, Liveness.STALE, Liveness.GONE, Liveness.LOST
@@ -32,7 +32,7 @@ class Fleet:
             self.now += 0.5
             self.away = 0.0 if here else self.away + 0.5 * running
             if speaks and here:
-                self.liveliness.heard("r1")
+                self.liveliness.note_message("r1")
             names = ["r1"] if gone and not number else []
             notes = self.liveliness.look(
                 self.now, self.now, {} if here else {"r1": self.away}, running=running, gone=names,

@@ -102,12 +102,12 @@ def test_who_loses_its_token_has_gone_after_a_while_and_who_comes_back_before_ha
     for name, session in (("r1", "a"), ("r2", "b")):
         one.take(token(name, session, alive=False), 1.0)
     assert kinds(one, 1.0 + HOLD / 2) == []
-    assert one.unsettled
+    assert one.is_unsettled
     one.take(token("r2", "b"), 1.0 + HOLD / 2)
     assert kinds(one, 1.0 + LATER) == [("gone", "r1")]
     assert kinds(one, 1.0 + 2 * LATER) == []
     assert one.present == ["r2"]
-    assert not one.unsettled
+    assert not one.is_unsettled
 
 
 def test_a_new_process_takes_the_place_of_one_that_was_killed_at_once_and_the_end_is_told() -> None:
@@ -132,26 +132,26 @@ def test_when_the_router_goes_nobody_has_gone_and_all_are_expected(tokens_first:
         for presence in gone:
             one.take(presence, 1.0)
     assert kinds(one, 1000.0) == [], "the router may stay away for long"
-    assert (one.present, one.members, sorted(one.awaited)) == ([], ["r1", "r2"], ["r1", "r2"])
+    assert (one.present, one.members, sorted(one.robots_awaited)) == ([], ["r1", "r2"], ["r1", "r2"])
     one.link(up=True, now=1000.0)
     one.take(token("r2", "b"), 1000.1)
-    assert one.awaited
+    assert one.robots_awaited
     assert one.present == ["r2"], "nobody joins again"
     assert kinds(one, 1000.0 + 0.9 * BACK) == []
     assert kinds(one, 1000.1 + BACK) == [("gone", "r1")]
-    assert not one.awaited
+    assert not one.robots_awaited
 
 
 def test_after_the_world_was_away_its_robots_are_expected_and_have_to_join() -> None:
     one = membership()
     one.take(token("r1", "a"), 0.0)  # it lives, and has not noticed yet that this is another process
     one.expect(["r1", "r2", "r9"], BACK)
-    assert one.awaited
+    assert one.robots_awaited
     one.place("r1", "a", 0.1)
     assert one.present == ["r1"], "its token was there"
     one.place("r2", "b", 0.1)
     one.take(token("r2", "b"), 0.2)
-    assert not one.awaited
+    assert not one.robots_awaited
     assert kinds(one, 2 * BACK) == []
 
 
@@ -165,10 +165,10 @@ def test_absence_is_counted_while_the_clock_runs() -> None:
     one = membership(("r1", "a"))
     for now in range(1, 11):
         one.look(float(now), running=now > 4)
-    assert (one.away("r2"), one.away("r1")) == (6.0, 0.0)
+    assert (one.absence_time("r2"), one.absence_time("r1")) == (6.0, 0.0)
     one.place("r2", "b", 11.0)
     one.take(token("r2", "b"), 11.0)
-    assert one.away("r2") == 0.0
+    assert one.absence_time("r2") == 0.0
 
 
 # --- places ---
@@ -193,7 +193,7 @@ def test_who_leaves_is_gone_with_its_token_and_its_place_is_free() -> None:
     note = one.take(token("r1", "a", alive=False), 0.0)
     assert note is not None
     assert (note.kind, note.robot) == ("left", "r1")
-    assert (one.present, one.unsettled) == (["r2"], False)
+    assert (one.present, one.is_unsettled) == (["r2"], False)
     assert kinds(one, LATER) == [], "nobody lost it"
     assert one.place("r1", "c", LATER) == "r1"
     one.take(token("r1", "c"), LATER)
@@ -211,9 +211,9 @@ def test_nobody_else_can_make_a_robot_leave(name: str, session: str) -> None:
 def test_who_leaves_while_it_is_expected_back_is_not_waited_for() -> None:
     one = membership(("r1", "a"))
     one.link(up=False, now=0.0)
-    assert one.awaited
+    assert one.robots_awaited
     assert one.leave("r1", "a", 0.0)
-    assert not one.awaited
+    assert not one.robots_awaited
 
 
 def test_a_leave_in_the_name_of_a_robot_that_stays_changes_nothing() -> None:
@@ -298,4 +298,4 @@ def test_a_second_process_that_was_welcomed_takes_the_place_when_the_first_goes(
     assert "r1" in one.present
     one.take(token("r1", "b", alive=False), 2.0)
     assert kinds(one, 2.0 + LATER) == [("gone", "r1")]
-    assert "r1" in one.absent
+    assert "r1" in one.absent_robots

@@ -13,7 +13,7 @@ from swarm.messages import CLOCK, EVENT, MAP, TRUTH, Edit, Event, Kind, Liveness
 from tests.shared import scenario_of
 from world.fleet import publisher
 from world.fleet.publisher import EVENTS_KEPT, Publisher
-from world.views.truth import truth
+from world.views.truth import make_truth
 from world.views.welcome import welcome
 from world.world import World
 
@@ -23,7 +23,7 @@ AT = Pose(2.5, 2.5, 0.0)
 def wire_of(*, wanted: bool = True) -> Mock:
     """Return a bus that notes what is sent."""
     wire = Mock(spec=Bus)
-    wire.wanted.side_effect = lambda topic: topic is TRUTH and wanted
+    wire.has_listener.side_effect = lambda topic: topic is TRUTH and wanted
     return wire
 
 
@@ -51,7 +51,7 @@ def test_the_truth_is_told_at_its_rate_if_anybody_listens(rate: float, wanted: b
     one, world, _ = speaker_of(wire, rate)
     told = []
     for tick in range(10):
-        one.tell_truth(world.tick, lambda: truth(world))
+        one.tell_truth(world.tick, lambda: make_truth(world))
         told += [(tick, topic) for topic, _ in sent(wire)]
         wire.send.reset_mock()
         world.step({})

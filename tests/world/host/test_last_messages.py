@@ -1,25 +1,25 @@
 """What the world takes for an answer, and whom it asks again."""
 
 from tests.world.shared import command
-from world.host.last_messages import AGAIN, SILENT, Asked, LastMessages
+from world.host.last_messages import AGAIN, SILENT, LastMessages, SenseTimes
 
 
 def test_all_that_are_there_have_to_answer_this_tick() -> None:
     answers = LastMessages()
-    assert answers.lacking(["r1", "r2"], 3) == ["r1", "r2"]
+    assert answers.robots_without_answer(["r1", "r2"], 3) == ["r1", "r2"]
     answers.take("r1", command(tick=3), run=0, tick=3)
-    assert answers.lacking(["r1", "r2"], 3) == ["r2"]
+    assert answers.robots_without_answer(["r1", "r2"], 3) == ["r2"]
     answers.deaf.add("r2")
-    assert answers.lacking(["r1", "r2"], 3) == []
+    assert answers.robots_without_answer(["r1", "r2"], 3) == []
 
 
 def test_an_answer_to_an_earlier_tick_is_late_and_is_no_answer_to_this_one() -> None:
     answers = LastMessages()
     answers.take("r1", command(tick=2), run=0, tick=3)
     assert answers.late == 1
-    assert answers.lacking(["r1"], 3) == ["r1"]
+    assert answers.robots_without_answer(["r1"], 3) == ["r1"]
     answers.take("r1", command(tick=3, sent=True), run=0, tick=3)
-    assert answers.lacking(["r1"], 3) == []
+    assert answers.robots_without_answer(["r1"], 3) == []
     assert answers.commands["r1"].sent
 
 
@@ -29,7 +29,7 @@ def test_the_same_answer_again_counts_once() -> None:
     for _ in range(2):
         answers.take("r1", told, run=0, tick=3)
     assert answers.commands["r1"].notes == [("halted", "stopped")]
-    answers.carried_out()
+    answers.forget_commands()
     answers.take("r1", told, run=0, tick=4)
     assert answers.commands == {}
     assert answers.late == 0
@@ -40,7 +40,7 @@ def test_who_answers_the_present_tick_is_in_time_once() -> None:
     for name, tick in (("r1", 2), ("r1", 3), ("r1", 3), ("r2", 3)):
         answers.take(name, command(tick=tick), run=0, tick=3)
     assert (answers.in_time, answers.late) == (2, 1)
-    answers.carried_out()
+    answers.forget_commands()
     assert (answers.in_time, answers.late, answers.commands) == (0, 1, {})
 
 
@@ -52,15 +52,15 @@ def test_an_answer_of_another_run_or_of_a_tick_to_come_is_dropped() -> None:
 
 
 def test_who_comes_in_mid_tick_is_asked_at_once_and_who_is_silent_again() -> None:
-    asked = Asked(["r1"], now=10.0)
-    assert asked.again(["r1", "r2"], 10.1) == ["r2"], "r2 came back while the world waited"
-    assert asked.again(["r1", "r2"], 10.0 + AGAIN) == ["r1"]
-    assert asked.again(["r1", "r2"], 10.1 + AGAIN) == ["r2"]
+    asked = SenseTimes(["r1"], now=10.0)
+    assert asked.robots_to_send_again(["r1", "r2"], 10.1) == ["r2"], "r2 came back while the world waited"
+    assert asked.robots_to_send_again(["r1", "r2"], 10.0 + AGAIN) == ["r1"]
+    assert asked.robots_to_send_again(["r1", "r2"], 10.1 + AGAIN) == ["r2"]
 
 
 def test_the_wait_is_counted_from_the_first_time_that_a_robot_was_asked() -> None:
-    asked = Asked(["r1"], now=10.0)
-    asked.again(["r1", "r2"], 12.0)
+    asked = SenseTimes(["r1"], now=10.0)
+    asked.robots_to_send_again(["r1", "r2"], 12.0)
     assert asked.overdue(["r1", "r2"], 10.0 + SILENT) == []
     assert asked.overdue(["r1", "r2"], 10.1 + SILENT) == ["r1"]
     assert asked.overdue(["r1", "r2"], 12.1 + SILENT) == ["r1", "r2"]
@@ -72,5 +72,5 @@ def test_each_broadcast_that_was_sent_is_named_with_its_own_tick_also_if_several
         answers.take("r1", command(tick=tick, sent=sent), run=0, tick=4)
     assert answers.sent == [("r1", 1), ("r1", 3)]
     assert answers.commands["r1"].tick == 3
-    answers.carried_out()
+    answers.forget_commands()
     assert answers.sent == []

@@ -23,12 +23,12 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
 @pytest.mark.parametrize(("factor", "period"), [(1.0, 0.05), (2.0, 0.025), (0.5, 0.1), (10.0, 0.005)])
 def test_a_tick_lasts_as_long_as_the_factor_says(clock: Clock, factor: float, period: float) -> None:
     timetable = Timetable(0.05, factor)
-    assert timetable.left == 0.0
+    assert timetable.time_left == 0.0
     for tick in range(1, 5):
         timetable.tick()
-        assert timetable.left == pytest.approx(tick * period)
+        assert timetable.time_left == pytest.approx(tick * period)
     clock.now += 4 * period
-    assert timetable.left == pytest.approx(0.0, abs=1e-12)
+    assert timetable.time_left == pytest.approx(0.0, abs=1e-12)
 
 
 def test_being_late_is_caught_up_as_far_as_it_may(clock: Clock) -> None:
@@ -37,10 +37,10 @@ def test_being_late_is_caught_up_as_far_as_it_may(clock: Clock) -> None:
         clock.now += 0.05 + late
         timetable.tick()
         ticks = 0
-        while timetable.left == 0.0:
+        while timetable.time_left == 0.0:
             timetable.tick()
             ticks += 1
-        assert ticks * 0.05 - timetable.left == pytest.approx(caught_up), late
+        assert ticks * 0.05 - timetable.time_left == pytest.approx(caught_up), late
         assert ticks <= 20, "no burst of more than a second's ticks"
 
 
@@ -49,7 +49,7 @@ def test_after_a_pause_it_begins_anew(clock: Clock) -> None:
     clock.now += 30.0
     timetable.start()
     timetable.tick()
-    assert timetable.left == pytest.approx(0.05)
+    assert timetable.time_left == pytest.approx(0.05)
 
 
 def test_a_slow_tick_shows_in_the_times_and_one_that_is_not_answered_takes_its_period(clock: Clock) -> None:
@@ -60,7 +60,7 @@ def test_a_slow_tick_shows_in_the_times_and_one_that_is_not_answered_takes_its_p
         assert timetable.look(answered=False) == pytest.approx(0.04)
         clock.now += 0.03 if tick == 500 else 0.0
         timetable.look(answered=tick != 700)
-        clock.now += timetable.left
+        clock.now += timetable.time_left
         timetable.look(answered=True)  # a tick counts once
     assert timetable.times.report() == pytest.approx({"p50": 0.01, "p99": 0.01, "p99.9": 0.04, "max": 0.05}, rel=0.011)
 
@@ -72,8 +72,8 @@ def test_a_world_that_begins_its_tick_late_has_spent_that_time(clock: Clock) -> 
     timetable.look(answered=True)
     timetable.tick()
     timetable.look(answered=True)
-    assert timetable.times.within(0.5) == pytest.approx(0.03, rel=0.011), "the second tick"
-    assert timetable.times.within(1.0) == pytest.approx(0.08), "the first"
+    assert timetable.times.time_within(0.5) == pytest.approx(0.03, rel=0.011), "the second tick"
+    assert timetable.times.time_within(1.0) == pytest.approx(0.08), "the first"
 
 
 @pytest.mark.parametrize("seconds", [0.0, 1e-6, 0.00123, 7.0, 90.0])

@@ -9,7 +9,6 @@ from unittest.mock import Mock
 import msgspec
 import pytest
 
-from swarm.awake import Awake
 from swarm.bus import Arrival, Bus, Link, Presence
 from swarm.errors import ConfigError
 from swarm.messages import (
@@ -33,6 +32,7 @@ from swarm.messages import (
 )
 from swarm.secure import Identity
 from swarm.settings import Pace
+from swarm.suspend_clock import Awake
 from tests.world.shared import request_of, run_of, step
 from world.host.process import LOOK, Host
 from world.tasks.tasks import REST
@@ -47,7 +47,7 @@ class Rig:
 
     def __init__(self, pace: Pace = "max") -> None:
         self.bus = Mock(spec=Bus, id="w", sender=1)
-        self.bus.announced.return_value = []
+        self.bus.query_announced.return_value = []
         self.run = run_of(bus=self.bus, pace=pace)
         self.host = Host(self.bus, self.run, lambda line: None)
 
@@ -110,18 +110,18 @@ def test_a_robot_whose_token_came_before_the_old_links_end_is_asked_for() -> Non
     rig, now = Rig(), [0.0]
     rig.run.awake = Awake(lambda: now[0])
     rig.join("r1", 7)
-    rig.bus.announced.return_value = [
+    rig.bus.query_announced.return_value = [
         Presence("robot", name, f"session-{name}", alive=True) for name in ("r1", "r2", "r9")
     ]
     rig.take(Presence("robot", "r1", "session-r1", alive=True), Link(up=False), Link(up=True))
-    assert (rig.run.membership.present, rig.run.membership.awaited) == ([], ["r1"])
-    rig.bus.announced.assert_not_called()
+    assert (rig.run.membership.present, rig.run.membership.robots_awaited) == ([], ["r1"])
+    rig.bus.query_announced.assert_not_called()
     for now[0] in (1.0, 2.0):
         rig.take(None)
-        rig.bus.announced.assert_not_called()
+        rig.bus.query_announced.assert_not_called()
     now[0] += 0.5
     rig.take(None, None)
-    rig.bus.announced.assert_called_once_with("robot", LOOK)
+    rig.bus.query_announced.assert_called_once_with("robot", LOOK)
     assert (rig.run.membership.present, rig.told()) == (["r1"], []), "r2 has not joined, and there is no r9"
 
 

@@ -31,7 +31,7 @@ from world.fleet.liveness import AWAY
 from world.fleet.single_world import check_alone
 from world.host.reproducible import MOST, REAL_TIME, Repeatable
 from world.simulate import Simulation
-from world.tasks.standing import LOST
+from world.tasks.standstill import LOST
 from world.views.status import STOPS
 
 DONE = {"activity": Activity.DONE, "unreachable": [0, 1]}

@@ -33,12 +33,12 @@ def test_robots_without_targets_wait_where_they_are_and_then_carry_out_orders(ho
     world = simulation.world
     for _ in range(20):
         simulation.step()
-    assert world.finished
+    assert world.is_finished
     assert world.tasks.complete
     side = world.measures.cells.side
     assert all(distance(*pair) < side for pair in zip(world.poses(), world.starts, strict=True)), "each has one cell"
     world.request("r1", Order(id="a", targets=[THERE]))
-    while not world.finished:
+    while not world.is_finished:
         simulation.step()
         assert world.time < 60.0
     assert world.tasks.complete
@@ -57,7 +57,7 @@ def test_who_is_done_makes_room_for_an_order_to_its_place() -> None:
     for _ in range(20):
         simulation.step()
     world.request("r2", Order(id="a", targets=[world.starts[0][:2]]))
-    while not world.finished:
+    while not world.is_finished:
         simulation.step()
         assert world.time < 60.0
     assert world.tasks.complete
@@ -129,7 +129,7 @@ def test_a_lost_robot_does_not_end_a_run_in_which_others_have_errands_to_take() 
     step(one, "r1")
     absent(one, AWAY)
     step(one)
-    assert one.world.tasks.unfinished == ["r2"]
+    assert one.world.tasks.unfinished_robots == ["r2"]
     assert one.phase is Phase.RUNNING, "r1 can still take the errand"
     while one.world.tasks.pool.waiting:
         step(one, "r1")

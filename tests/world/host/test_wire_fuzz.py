@@ -40,8 +40,8 @@ from swarm.messages import (
 from tests.conftest import MakeBus
 from tests.shared import scenario_of
 from tests.world.shared import run_of
-from world.host.answering import answer
 from world.host.process import Host
+from world.host.request_answers import answer
 from world.host.run import Run
 from world.saving.snapshot_file import ENCODER
 
@@ -127,7 +127,7 @@ def attacked(make_bus: MakeBus, number: int, *, serve: bool = False, patience: f
                 list(session.get(prefix + key_of(chance), payload=payload, timeout=patience))
         if answered <= number // 4:
             wrong.append(f"expected more than {number // 4} requests that are answered, got {answered}")
-        if bus.refused.total() == 0:
+        if bus.refused_counts.total() == 0:
             wrong.append("expected bad requests to be counted")
         if (ENCODER.encode(run.world.save()), asker.fetch(STATUS)) != before:
             wrong.append("the state has changed")

@@ -17,7 +17,7 @@ from tests.shared import ROOM, scenario_of
 from tests.traffic.maps import SIDE, Drawn
 from tests.world.shared import command
 from world.measure.cell_watch import STUCK, TrafficWatch, Watched
-from world.measure.state import Fault
+from world.measure.state import ReservationFault
 from world.tasks.tasks import REST
 from world.world import World
 
@@ -88,7 +88,9 @@ OVERLAPS: dict[str, tuple[list[dict[str, Watched]], list[tuple[int, tuple[str, .
 def test_overlapping_holds_are_counted_as_they_begin(name: str) -> None:
     ticks, planted = OVERLAPS[name]
     watching = fed(ticks)
-    expected = [Fault(tick, "overlap", robots, tuple(CELL[c] for c in cells)) for tick, robots, cells in planted]
+    expected = [
+        ReservationFault(tick, "overlap", robots, tuple(CELL[c] for c in cells)) for tick, robots, cells in planted
+    ]
     assert [fault._replace(where=tuple(sorted(fault.where))) for fault in watching.state.watch.faults] == [
         fault._replace(where=tuple(sorted(fault.where))) for fault in expected
     ]
@@ -137,7 +139,9 @@ def beside(gap: float, dy: float = 0.0) -> dict[str, Watched]:
 def test_bodies_that_meet_are_a_contact(gap: float, touches: int) -> None:
     watching = fed([beside(gap), beside(gap)])
     faults = [fault for fault in watching.state.watch.faults if fault.kind == "contact"]
-    assert faults == [Fault(0, "contact", ("r1", "r2"), (CELL["f"],))] * touches, "in the cell of the first of the two"
+    assert faults == [ReservationFault(0, "contact", ("r1", "r2"), (CELL["f"],))] * touches, (
+        "in the cell of the first of the two"
+    )
     assert watching.state.watch.least_gap == pytest.approx(gap, abs=1e-12)
 
 

@@ -144,14 +144,14 @@ def test_who_gives_way_or_has_no_way_waits(name: str) -> None:
     activities, ticks = WAITS[name]
     record = recorder(A, B)
     for activity in activities:
-        record.doing([command(activity=activity), command()])
+        record.record_activities([command(activity=activity), command()])
     assert record.counts.waiting == [ticks * DT, 0.0]
 
 
 def test_who_stands_is_told_by_the_wheels_and_only_with_a_stop_left() -> None:
     record = recorder(A, B)
-    record.stood([0, None], [(0.0, 0.0), (0.0, 0.0)])
-    record.stood([0, 1], [(0.2, -0.2), (0.0, 0.005)])  # one that turns in place does not stand
+    record.record_standing([0, None], [(0.0, 0.0), (0.0, 0.0)])
+    record.record_standing([0, 1], [(0.2, -0.2), (0.0, 0.005)])  # one that turns in place does not stand
     assert record.counts.standing == [DT, DT]
 
 

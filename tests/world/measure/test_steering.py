@@ -13,10 +13,10 @@ from swarm.messages import COMMAND, VERSION, Activity, Command, Steering
 from swarm.scenario.load import Scenario
 from tests.shared import constant_rules, scenario_of, with_settings
 from tests.world.shared import command
-from world.bodies.sensing import FreeDistances
+from world.bodies.sensors import FreeDistances
 from world.measure.steering import BY, CLOSE, IDLE, SteeringWatch, classify
 from world.simulate import Simulation
-from world.views.truth import truth
+from world.views.truth import make_truth
 from world.world import World
 
 TABLES, TIGHTENED, TURNED, BLENDED, BRAKED = (
@@ -90,7 +90,7 @@ TIGHT = FreeDistances(0.5, 0.9, 1.3, [])
 def watch_of(scenario: Scenario, *starts: Pose) -> SteeringWatch:
     """Make a watch of robots that are far from everything at tick 0."""
     watch = SteeringWatch(scenario, starts)
-    watch.sensed(0, [FAR] * len(starts))
+    watch.note_distances(0, [FAR] * len(starts))
     return watch
 
 
@@ -184,7 +184,7 @@ def test_the_tables_are_asked_with_the_sense_given_and_the_heading_and_scale_tol
     heading: float, scale: float, unit: float
 ) -> None:
     watch = SteeringWatch(with_settings(ROOM, robot={"distance_scale": unit}), [AT])
-    watch.sensed(0, [TIGHT])
+    watch.note_distances(0, [TIGHT])
     speeds = asked(TIGHT, heading, scale, unit)
     assert label_of(watch, command(*speeds, heading=heading, scale=scale)) is TABLES
     assert label_of(watch, command(*speeds, heading=heading, scale=0.9 * scale)) is not TABLES
@@ -203,19 +203,19 @@ def test_a_late_command_is_judged_by_the_sense_that_it_answers() -> None:
     watch = SteeringWatch(ROOM, [AT])
     speeds = asked(TIGHT, 0.0)
     lasting = round(COMMAND.timeout / 0.05)
-    watch.sensed(0, [TIGHT])
+    watch.note_distances(0, [TIGHT])
     for tick in range(1, lasting + 1):
-        watch.sensed(tick, [FAR])
+        watch.note_distances(tick, [FAR])
         assert label_of(watch, command(*speeds, tick=0)) is TABLES
         assert label_of(watch, command(*speeds, tick=tick)) is not TABLES
-    watch.sensed(lasting + 1, [FAR])
+    watch.note_distances(lasting + 1, [FAR])
     assert label_of(watch, command(*speeds, tick=0)) is BLENDED, "forgotten: no such command is in force"
     assert label_of(watch, command(*speeds, tick=99)) is BLENDED, "of a tick that nobody was told of"
 
 
 def test_each_robot_is_judged_by_its_own_sense() -> None:
     watch = SteeringWatch(ROOM, [AT, BESIDE])
-    watch.sensed(0, [TIGHT, FAR])
+    watch.note_distances(0, [TIGHT, FAR])
     commands = [command(*asked(TIGHT, 0.0)), command(*asked(TIGHT, 0.0))]
     watch.look(commands, [AT, BESIDE])
     assert watch.state.labels == [TABLES, BLENDED]
@@ -247,7 +247,7 @@ def test_the_world_judges_the_sense_it_gave_and_the_commands_in_force() -> None:
         world.step({"r1": command(FAST, SLOW)} if tick == 0 else {})
         labels.append(world.measures.steering.state.labels[0])
     assert labels == [TABLES] * (lasting + 1) + [None] * 2
-    assert truth(world).bodies[0].steering is None
+    assert make_truth(world).bodies[0].steering is None
 
 
 def test_in_a_run_every_metre_is_some_labels(paper: Scenario) -> None:

@@ -93,7 +93,7 @@ def test_the_file_keeps_all_of_it(tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["s"], "nothing is left beside it"
     for _ in range(2):
         snapshot_file.write(before, file)
-        assert {path.name for path in tmp_path.iterdir()} == {"s", snapshot_file.earlier(file).name}
+        assert {path.name for path in tmp_path.iterdir()} == {"s", snapshot_file.earlier_file(file).name}
     snapshot_file.make_room(file)
     assert [path.name for path in tmp_path.iterdir()] == ["s"]
     world = reborn(simulation, file)
@@ -155,7 +155,7 @@ def test_of_a_spoilt_file_the_one_before_is_taken_and_that_is_said(name: str, tm
     (line,) = said
     assert reason in line
     assert line.endswith("; went on from the snapshot before")
-    snapshot_file.earlier(file).write_bytes(spoil(whole()))
+    snapshot_file.earlier_file(file).write_bytes(spoil(whole()))
     with pytest.raises(ConfigError) as fault:
         snapshot_file.newest(file, simulation.scenario, 2, 1, said.append)
     assert reason in str(fault.value)
@@ -208,7 +208,7 @@ def test_without_a_file_a_new_run_begins_whatever_was_before(tmp_path: Path) -> 
     file.unlink()
     assert snapshot_file.newest(file, simulation.scenario, 2, 1, print) is None
     snapshot_file.write(snapshot_of(simulation.world, simulation.scenario, simulation.seed), file)
-    assert not snapshot_file.earlier(file).exists()
+    assert not snapshot_file.earlier_file(file).exists()
 
 
 def test_a_missing_file_and_a_state_of_another_size_are_refused(tmp_path: Path) -> None:

@@ -32,7 +32,7 @@ from swarm.messages import (
 from swarm.settings import Pace
 from tests.shared import scenario_of
 from tests.world.shared import ask, come, request_of, run_of, step
-from world.host.answering import answer
+from world.host.request_answers import answer
 from world.host.run import Run
 from world.saving.snapshot_file import ENCODER
 
@@ -128,7 +128,7 @@ def test_a_course_goes_on_from_its_file(tmp_path: Path) -> None:
     assert (other.world.tick, other.world.poses()) == (20, one.world.poses())
     assert (other.world.bodies.floor.cells == one.world.bodies.floor.cells).all()
     assert (other.scenario.map.cells == one.world.bodies.floor.cells).all()
-    assert other.membership.awaited, "both are to come back"
+    assert other.membership.robots_awaited, "both are to come back"
     assert other.repeatable.reasons == one.repeatable.reasons
     assert "r1 was given an order or an action at 1.00 s" in one.repeatable.reasons
     assert come(other, "r1", "a").assigned.stops == [THERE]

@@ -32,7 +32,7 @@ def simulation_of(*orders: dict[str, Any], robots: int = 4, faults: Faults | Non
 def events_of(simulation: Simulation, limit: float = 200.0) -> list[tuple[float, str | None, str]]:
     """Run to the end; return time, robot and kind of each event."""
     found = []
-    while not simulation.world.finished and simulation.world.time < limit:
+    while not simulation.world.is_finished and simulation.world.time < limit:
         found += [(event.time, event.robot, event.kind) for event in simulation.step().events]
     return found
 
@@ -76,7 +76,7 @@ def test_a_robot_turns_to_the_heading_of_a_target_before_it_counts_and_drives_on
         faults=faults,
     )
     off: dict[tuple[str, str], float] = {}
-    while not simulation.world.finished and simulation.world.time < 300.0:
+    while not simulation.world.is_finished and simulation.world.time < 300.0:
         events, poses = simulation.step().events, simulation.world.poses()
         for event in events:
             stop = event.robot or "", event.text.removeprefix("is at ")
@@ -114,7 +114,7 @@ def test_the_stops_are_told_until_the_robot_has_taken_them_over() -> None:
         assert sense.assigned is not None
         assert (sense.assigned.number, len(sense.bearings)) == (1, 3)
         world.step({"r1": command(tick=world.tick, activity=Activity.DONE, reached=[True] * 2)})
-        assert world.tasks.unfinished == ["r1"]
+        assert world.tasks.unfinished_robots == ["r1"]
     world.step({"r1": command(tick=world.tick, activity=Activity.READY, assignment=1)})
     assert world.senses(lockstep=True)["r1"].assigned is None
 
@@ -199,7 +199,7 @@ def test_others_drive_round_a_stopped_robot_which_then_goes_on() -> None:
     """It stands for longer than a robot may make no progress; nobody is blamed for it."""
     simulation = simulation_of({"at": 2.5, "robot": "r2", "do": "stop"}, {"at": 100.0, "robot": "r2", "do": "go_on"})
     world, places, said = simulation.world, set(), []
-    while not world.finished and world.time < 200.0:
+    while not world.is_finished and world.time < 200.0:
         tick = simulation.step()
         said += [(event.robot, event.kind) for event in tick.events]
         if 5.0 < world.time < 100.0:
@@ -248,7 +248,7 @@ def test_home_and_cancel_drop_what_is_left() -> None:
 def test_a_run_of_a_stopped_robot_with_stops_left_does_not_end() -> None:
     simulation = simulation_of({"at": 2.0, "robot": "r1", "do": "stop"}, robots=1)
     events_of(simulation, 90.0)
-    assert simulation.world.tasks.unfinished == ["r1"]
+    assert simulation.world.tasks.unfinished_robots == ["r1"]
     assert simulation.world.measures.progress.state.times == [0]
 
 

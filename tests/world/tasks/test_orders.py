@@ -146,10 +146,10 @@ def test_what_is_so_already_is_no_error_and_changes_nothing(name: str) -> None:
 def test_a_robot_is_told_the_headings_of_its_order_and_of_no_other() -> None:
     fleet = Fleet()
     fleet.take(turned(1.0))
-    told = fleet.book.assigned(0)
+    told = fleet.book.assigned_stops(0)
     assert told is not None and told.headings == [1.0]  # noqa: PT018
     fleet.take(order("b"))
-    told = fleet.book.assigned(0)
+    told = fleet.book.assigned_stops(0)
     assert told is not None and told.headings == []  # noqa: PT018
 
 

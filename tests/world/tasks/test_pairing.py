@@ -7,8 +7,8 @@ from hypothesis.extra.numpy import array_shapes, arrays
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
+from world.tasks.assignment import cheapest_pairs
 from world.tasks.dispatcher import LAST, NO_BID
-from world.tasks.pairing import cheapest_pairs
 
 Costs = NDArray[np.float64]
 

@@ -21,6 +21,7 @@ def reached(events: list[Event], robot: str) -> list[str]:
     return [event.text for event in events if (event.kind, event.robot) == ("reached", robot)]
 
 
+@pytest.mark.long("minutes of a simulated patrol")
 @pytest.mark.parametrize(
     "faults", [Faults(), Faults(spells=(Spell("r2", Health.AWAY, 700, 60),))], ids=["well", "started again"]
 )
@@ -28,7 +29,7 @@ def test_a_patrol_goes_on_until_its_limit_and_counts_laps(faults: Faults) -> Non
     simulation = Simulation.of(patrol(), 3, 5, faults)
     world, events = simulation.world, list[Event]()
     while world.time < 120.0:
-        assert not world.finished
+        assert not world.is_finished
         events += simulation.step().events
     report = simulation.report(1.0, 120.0)
     assert report["complete"]
@@ -69,7 +70,7 @@ def test_a_patrol_goes_on_without_a_target_that_was_walled_in_and_ends_with_one_
     assert [command.unreachable for command in world.tasks.commands] == [[0]]
     assert world.tasks.complete
     world.edit(Edit(kind=Kind.WALL, low=(2.1, 3.1), high=(2.9, 3.9)))
-    while not world.finished:
+    while not world.is_finished:
         simulation.step()
     assert world.tasks.commands[0].activity is Activity.DONE
 

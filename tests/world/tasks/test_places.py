@@ -127,13 +127,14 @@ def test_a_newcomer_waits_and_then_takes_orders_and_errands() -> None:
     world.request("r3", Order(id="o", targets=[(2.5, 4.5)], home=True))
     run_on(simulation, 30.0)
     assert world.tasks.complete
-    assert world.finished
+    assert world.is_finished
     assert distance(world.poses()[2], FREE) <= world.settings.reach
     report = simulation.report(1.0, 1.0)
     assert [one["fate"] for one in report["per_robot"]["r3"]["history"]] == ["done"]
     assert report["contacts"] == {"robot": 0, "wall": 0, "obstacle": 0}
 
 
+@pytest.mark.long("many simulated fleets")
 @settings(max_examples=8, deadline=None)
 @given(
     waits=st.lists(st.integers(1, 60), min_size=1, max_size=4),
@@ -171,7 +172,9 @@ def run(file: Path | None = None, **fields: Any) -> Mapping[str, Any]:  # noqa: 
     return simulation.report(1.0, LENGTH)
 
 
-@pytest.mark.parametrize("fields", [{}, NOISE], ids=["plain", "noise and loss"])
+@pytest.mark.parametrize(
+    "fields", [pytest.param({}, marks=pytest.mark.long("three runs")), NOISE], ids=["plain", "noise and loss"]
+)
 def test_a_world_that_goes_on_from_its_snapshots_keeps_the_places_bit_for_bit(
     fields: dict[str, Any], tmp_path: Path
 ) -> None:
@@ -200,7 +203,7 @@ def test_a_place_is_free_to_take_and_stays_open_after_a_restart() -> None:
     assert ask(one, PLACES, places(1, FREE)).robots == ["r3"]
     assert one.clock().robots == ["r1", "r2", "r3"]
     assert one.liveliness.seen["r3"].liveness is Liveness.GONE
-    assert one.membership.absent[-1] == "r3"
+    assert one.membership.absent_robots[-1] == "r3"
     assert one.status().robots[2].pose == pytest.approx(FREE)
     assert one.publisher.floor.scenario.starts["r3"] == pytest.approx(FREE)  # type: ignore[index]
     assert not one.repeatable.reasons, "it came before the first tick"

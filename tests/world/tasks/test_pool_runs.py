@@ -44,7 +44,7 @@ def pool_of(pool: list[list[float]], text: str = HALL, **fields: Any) -> Scenari
 def watched(simulation: Simulation, limit: float = 200.0) -> list[Event]:
     """Run to the end; return all events."""
     found = []
-    while not simulation.world.finished and simulation.world.time < limit:
+    while not simulation.world.is_finished and simulation.world.time < limit:
         found += simulation.step().events
     return found
 
@@ -174,7 +174,7 @@ def test_the_errand_of_a_dead_robot_is_done_by_another() -> None:
     assert clean(world)
 
 
-@pytest.mark.costs("minutes of a robot that waits for a body to move")
+@pytest.mark.long("minutes of simulated errands")
 def test_a_robot_that_is_stuck_serves_the_others_first_and_tries_again_when_none_is_left() -> None:
     """A dead robot stands where the nearest errand is: r1 waits there for long, but not for ever."""
     starts = {"poses": [[2.5, 2.5, 0.0], [5.5, 2.5, 0.0]]}
@@ -222,7 +222,7 @@ def test_a_robot_that_is_sent_home_or_cancelled_takes_no_errand_until_it_has_an_
         simulation.step()
     world.request("r1", RobotAction(do=do))
     watched(simulation)
-    assert world.finished
+    assert world.is_finished
     assert not world.tasks.complete
     assert "pool target scenario/1 at (14.5, 1.5)" in simulation.report(1.0, 1.0)["reason"]
     world.request("r1", Order(id="a", targets=[(2.5, 2.5)]))
@@ -238,7 +238,7 @@ def test_a_stopped_robot_keeps_its_errand() -> None:
     world.request("r2", RobotAction(do=RobotDo.STOP))
     for _ in range(400):
         simulation.step()
-    (errand,) = world.tasks.pool.taken
+    (errand,) = world.tasks.pool.taken_errands
     assert errand.robot == 1
     world.request("r2", RobotAction(do=RobotDo.GO_ON))
     events = watched(simulation)

@@ -9,7 +9,7 @@ from swarm.messages import Activity, Liveness, Phase, RobotAction, RobotDo, Robo
 from tests.shared import scenario_of
 from world.faults import Faults
 from world.simulate import Simulation
-from world.tasks.standing import why
+from world.tasks.standstill import why
 from world.views.status import status
 from world.world import World
 

@@ -52,7 +52,7 @@ def taken(pool: TaskPool, robot: int = 0, assignment: int = 1) -> Errand:
 @pytest.mark.parametrize("stage", TaskStage)
 @pytest.mark.parametrize("occasion", TaskChange)
 def test_the_table_is_all_there_is(stage: TaskStage, occasion: TaskChange) -> None:
-    pool = TaskPool.of([(1.0, 1.0)])
+    pool = TaskPool.pool_of([(1.0, 1.0)])
     errand = pool.waiting[0]
     errand.stage = stage
     if occasion in TRANSITIONS[stage]:
@@ -71,15 +71,15 @@ def test_what_is_done_stays_done_and_what_is_taken_is_taken_once() -> None:
 
 @pytest.mark.parametrize("why", BACK)
 def test_an_errand_goes_back_as_it_was_but_is_not_offered_to_who_gave_it_up(why: TaskChange) -> None:
-    pool = TaskPool.of([(1.0, 1.0), (2.0, 2.0)])
+    pool = TaskPool.pool_of([(1.0, 1.0), (2.0, 2.0)])
     errand = taken(pool, robot=1)
-    assert (pool.taken, len(pool.waiting)) == ([errand], 1)
+    assert (pool.taken_errands, len(pool.waiting)) == ([errand], 1)
     pool.put_back(errand, why)
     assert pool.waiting[0] is errand, "the oldest is the first again"
     assert (errand.robot, errand.assignment) == (None, 0)
     assert errand.refused == ([1] if why is TaskChange.GIVEN_UP else [])
     assert errand.last == ([1] if why is TaskChange.STUCK else [])
-    pool.forgive()
+    pool.offer_all_again()
     assert errand.refused == errand.last == []
 
 
@@ -97,7 +97,7 @@ REFUSED = [
 
 @pytest.mark.parametrize(("before", "request_", "text"), REFUSED)
 def test_what_is_refused_changes_nothing(before: list[PoolTargets], request_: PoolTargets, text: str) -> None:
-    pool = TaskPool.of([(1.0, 1.0)])
+    pool = TaskPool.pool_of([(1.0, 1.0)])
     for one in before:
         assert pool.add(one, 1.0, check).changed
     was = state(pool)
@@ -120,7 +120,7 @@ def test_what_is_said_twice_is_said_once_also_when_it_is_done() -> None:
 
 
 def test_a_full_pool_refuses_until_something_is_done() -> None:
-    pool = TaskPool.of([(1.0, 1.0)] * MOST_OPEN)
+    pool = TaskPool.pool_of([(1.0, 1.0)] * MOST_OPEN)
     with pytest.raises(PeerError, match=f"at most {MOST_OPEN} targets that are not done, got 1 beside the {MOST_OPEN}"):
         pool.add(some(), 1.0, check)
     pool.close(taken(pool), 2.0)
@@ -149,7 +149,7 @@ MOVE = st.tuples(st.sampled_from(("take", "arrive", *BACK)), st.integers(0, 3), 
 
 @given(st.lists(st.one_of(ADD, MOVE), max_size=60), st.integers(0, 3))
 def test_every_target_is_done_at_most_once_and_none_vanishes(moves: list[tuple[str, object, int]], own: int) -> None:
-    pool = TaskPool.of([(float(number), 0.0) for number in range(own)])
+    pool = TaskPool.pool_of([(float(number), 0.0) for number in range(own)])
     given_ = Counter((SCENARIO, number) for number in range(1, own + 1))
     done: Counter[tuple[str, int]] = Counter()
     holders: dict[int, Errand] = {}
@@ -177,5 +177,5 @@ def test_every_target_is_done_at_most_once_and_none_vanishes(moves: list[tuple[s
         assert max(done.values(), default=0) <= 1
         assert open_ + done == given_
         assert (pool.given, pool.done) == (given_.total(), done.total())
-        assert {errand.robot for errand in pool.taken} == set(holders)
-        assert len(pool.waiting) + len(pool.taken) == len(pool.open)
+        assert {errand.robot for errand in pool.taken_errands} == set(holders)
+        assert len(pool.waiting) + len(pool.taken_errands) == len(pool.open)

@@ -21,7 +21,7 @@ from swarm.scenario.prepare import planning_grid
 from tests.shared import scenario_of
 from tests.world.shared import command
 from world.views.metrics import shortest_length, shortest_lengths
-from world.views.report import listed, missing, report
+from world.views.report import list_within, missing, report
 from world.world import World
 
 COLUMNS = 10
@@ -204,7 +204,7 @@ def test_the_shortest_way_is_from_stop_to_stop_or_there_is_none() -> None:
 
 @given(st.lists(st.text("ab", min_size=1, max_size=50), min_size=1), st.integers(1, 100))
 def test_a_list_fits_and_counts_what_it_leaves_out(parts: list[str], room: int) -> None:
-    text = listed(parts, ", ", room)
+    text = list_within(parts, ", ", room)
     names, _, more = text.partition(" and ")
     kept = names.split(", ")
     assert kept == parts[: len(kept)]
