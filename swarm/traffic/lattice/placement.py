@@ -9,16 +9,21 @@ from math import ceil, inf, isclose, log
 from typing import Any, Final
 
 import msgspec
+import numpy as np
 
 from swarm.errors import ConfigError
 from swarm.geometry import distance, poses_on_circle
-from swarm.maps.occupancy import OccupancyMap, Point
+from swarm.maps.occupancy import FREE, OccupancyMap, Point
 from swarm.settings import Settings
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
 from swarm.traffic.settings import LEAST_CLAIM, NEAR, TrafficConstants
 
-# side of a cell if the scenario gives none: at 6 radii a robot turns in it under the paper's controller
-RADII: Final[tuple[float, ...]] = (6.0, 5.0, 4.0)
+# side of a cell if the scenario gives none: at 6 radii a robot turns in it under the paper's controller; the last two
+# are lanes, in which a robot can do little but follow them
+RADII: Final[tuple[float, ...]] = (6.0, 5.0, 4.0, 3.0, 2.5)
+LANES: Final = 4.0  # radii; a lattice of such cells or smaller is also tried with its lines in the middle of the floor
+MOST_LANES: Final = 20_000  # cells; a floor of more is not tried in cells of less than ``LANES``
+CROWDED: Final = 0.75  # share of the cells that robots fill, above which smaller cells are tried
 # radii; a map whose squares are of such a side is its own lattice, which loses no floor
 OWN: Final[tuple[float, ...]] = (4.0, 10.0)
 ALIKE: Final = 1e-6  # share by which two lengths may differ that are meant to be the same: 6 x 0.2 m is not 1.2 m
@@ -73,24 +78,36 @@ def with_lattice(settings: Settings, floor: OccupancyMap) -> Settings:
     """Return the settings with the lattice's place, fixed for the whole run: edits and learned walls must not shift it.
 
     A map drawn in squares that a robot can turn in is its own lattice. Otherwise the side of a cell is the largest,
-    from 6 radii down to 4, at which a robot can reach every stop from the starts over cells. If none serves, the first
-    is taken, and the check of the scenario refuses it.
+    from 6 radii down to 2.5, at which a robot can reach every stop from the starts over cells, no two robots start in
+    one cell, and robots can pass each other. If none serves, it is the largest at which all stops can be reached; if
+    there is none either, the first is taken, and the check of the scenario refuses it.
     """
     traffic, sides = settings.traffic, _sides(settings, floor)
     if traffic.offset is not None:
         return _set_lattice(settings, sides[0], traffic.offset)
     fits = settings.robot.radius + OFF_LINE
-    tried: list[tuple[float, Point]] = []
+    reached: list[tuple[float, Point]] = []
+    first: tuple[float, Point] | None = None
     for side in sides:
-        offset = (
-            (0.0, 0.0)
-            if side == floor.resolution
-            else best_offset(floor, side=side, radius=fits, missed=lambda cells: _count_missed_stops(cells, settings))
-        )
-        tried.append((side, offset))
-        if _can_reach_all_stops(build_lattice(floor, side, fits, offset, _lean_room(settings)), settings):
-            return _set_lattice(settings, side, offset)
-    return _set_lattice(settings, *tried[0])
+        offset = (0.0, 0.0) if _is_own_lattice(settings, floor, side) else _offset_for(settings, floor, side)
+        first = first or (side, offset)
+        cells = build_lattice(floor, side, fits, offset, _lean_room(settings))
+        if _can_reach_all_stops(cells, settings):
+            if not _count_shared_starts(cells, settings) and _has_room_to_pass(cells, settings):
+                return _set_lattice(settings, side, offset)
+            reached.append((side, offset))
+    return _set_lattice(settings, *(reached[0] if reached else first or (sides[0], None)))
+
+
+def _offset_for(settings: Settings, floor: OccupancyMap, side: float) -> Point:
+    """Return the best lattice offset [m] for cells of ``side`` [m] under the starts and stops of a scenario."""
+    return best_offset(
+        floor,
+        side=side,
+        radius=settings.robot.radius + OFF_LINE,
+        missed=lambda cells: _count_missed_stops(cells, settings) + _count_shared_starts(cells, settings),
+        centred=side <= (LANES + ALIKE) * settings.robot.radius,
+    )
 
 
 def _sides(settings: Settings, floor: OccupancyMap) -> list[float]:
@@ -100,16 +117,26 @@ def _sides(settings: Settings, floor: OccupancyMap) -> list[float]:
         sides = [settings.traffic.cell]
     else:
         fits = settings.traffic.offset is None and OWN[0] - ALIKE <= own / radius <= OWN[1] + ALIKE
-        sides = [own] * fits + [radii * radius for radii in RADII]
+        height, width = (count * own for count in floor.shape)
+        sides = [own] * fits + [
+            radii * radius for radii in RADII if radii >= LANES or height * width <= MOST_LANES * (radii * radius) ** 2
+        ]
     return list(dict.fromkeys(own if isclose(side, own, rel_tol=ALIKE) else side for side in sides))
 
 
 def lattices_tried(settings: Settings, floor: OccupancyMap) -> list[tuple[float, int]]:
-    """Return the sides of cells [m] that ``with_lattice`` tries, each with the number of its lattices."""
+    """Return the sides of cells [m] that are tried on a floor of any size, each with the number of its lattices."""
     sides = _sides(settings, floor)
     if settings.traffic.offset is not None:
         return [(sides[0], 1)]
-    return [(side, 1 if side == floor.resolution else PHASES * PHASES) for side in sides]
+    large = [side for side in sides if side >= (LANES - ALIKE) * settings.robot.radius] or sides[:1]
+    return [(side, 1 if _is_own_lattice(settings, floor, side) else PHASES * PHASES) for side in large]
+
+
+def _is_own_lattice(settings: Settings, floor: OccupancyMap, side: float) -> bool:
+    """Return True if the squares of the map's drawing are the cells: they have ``side`` [m], and are no mere lanes."""
+    given = settings.traffic.cell is not None or side >= (LANES - ALIKE) * settings.robot.radius
+    return given and side == floor.resolution
 
 
 def _set_lattice(settings: Settings, cell: float, offset: Point | None) -> Settings:
@@ -142,6 +169,38 @@ def _can_reach_all_stops(cells: CellMap, settings: Settings) -> bool:
         joined += drawn
     pieces = {cells.pieces[cell] for cell in joined}
     return len(pieces) <= 1 and OUTSIDE not in pieces
+
+
+def _known_starts(settings: Settings) -> list[Point]:
+    """List the places where robots start [m] that are known before the start poses are drawn."""
+    if settings.start.circle is not None:
+        return [pose[:2] for pose in poses_on_circle(*settings.start.circle, settings.robots)]
+    return [pose[:2] for pose in (settings.start.poses or ())[: settings.robots]]
+
+
+def _count_shared_starts(cells: CellMap, settings: Settings) -> int:
+    """Count the cells into which more than one robot reaches at its start: each would hold it."""
+    body = settings.robot.radius + traffic_settings(settings).margin
+    under = Counter(
+        cell for place in _known_starts(settings) for cell in cells.cells_under_disc(*place, body) if cell != OUTSIDE
+    )
+    return sum(count > 1 for count in under.values())
+
+
+def _has_room_to_pass(cells: CellMap, settings: Settings) -> bool:
+    """Return True if robots can change their order on the cells where they drive, and do not fill them.
+
+    On a single row of cells none can pass another. Without a known place, all cells count.
+    """
+    if settings.robots < 2:
+        return True
+    known = {cells.pieces[cells.nearest_standable(*place)] for place in (*_known_starts(settings), *_stops(settings))}
+    used = [cell for cell in range(len(cells)) if cells.stands[cell] and (not known or cells.pieces[cell] in known)]
+    if settings.robots > CROWDED * len(used):
+        return False
+    joins = [len(cells.neighbours[cell]) for cell in used]
+    # a graph in one piece without a branch is a row or a ring; a ring has as many joins as cells
+    return max(joins, default=0) > 2 or sum(joins) >= 2 * len(used)
 
 
 def cells_within(cells: CellMap, area: tuple[float, float, float, float]) -> list[int]:
@@ -194,11 +253,17 @@ def _lean_room(settings: Settings) -> float | None:
 
 
 def best_offset(
-    occupancy: OccupancyMap, *, side: float, radius: float, missed: Callable[[CellMap], int] = lambda cells: 0
+    occupancy: OccupancyMap,
+    *,
+    side: float,
+    radius: float,
+    missed: Callable[[CellMap], int] = lambda cells: 0,
+    centred: bool = False,
 ) -> Point:
     """Return the lattice offset [m] that leaves most of the floor in one piece, misses least, then joins most cells.
 
-    Walls rarely fit a lattice: shifting it by part of a cell opens doors. The offset 0 wins ties.
+    Walls rarely fit a lattice: shifting it by part of a cell opens doors. The offset 0 wins ties. If ``centred``, an
+    offset is tried too at which as many rows as fit lie in the middle of the free floor: two lanes in a hall.
     """
 
     def worth(offset: Point) -> tuple[float, int, int]:
@@ -207,7 +272,21 @@ def best_offset(
         together = sum(size * size for size in sizes) / max(1, sum(sizes)) ** 2
         return round(together, 2), -missed(cells), sum(map(len, cells.neighbours))
 
-    return max(((-i * side / PHASES, -j * side / PHASES) for j in range(PHASES) for i in range(PHASES)), key=worth)
+    shifts = [-k * side / PHASES for k in range(PHASES)]
+    across, up = (_centred_shifts(occupancy, axis, side, radius) if centred else [] for axis in (1, 0))
+    return max(((x, y) for y in (*shifts, *up) for x in (*shifts, *across)), key=worth)
+
+
+def _centred_shifts(occupancy: OccupancyMap, axis: int, side: float, radius: float) -> list[float]:
+    """Return the shift along an axis [m] that centres as many cells as fit on the free floor; [] if none fits."""
+    free = np.flatnonzero((occupancy.cells == FREE).any(axis=1 - axis))
+    if not len(free):
+        return []
+    low, high = int(free[0]) * occupancy.resolution, (int(free[-1]) + 1) * occupancy.resolution
+    if high - low < 2 * radius:
+        return []
+    count = int((high - low - 2 * radius) / side + ALIKE) + 1
+    return [((low + high - count * side) / 2) % side - side]
 
 
 def traffic_settings(settings: Settings) -> TrafficConstants:

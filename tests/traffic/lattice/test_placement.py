@@ -121,7 +121,7 @@ DOORS: dict[str, tuple[float, float]] = {  # y of a door's middle: side of the c
     "a quarter of 1.2":        (1.2,   1.2),
     "a quarter of 1.0":        (1.24,  1.0),
     "a quarter of 0.8":        (1.4,   0.8),
-    "no quarter of any":       (1.32,  1.2),
+    "no quarter of any, 0.6":  (1.32,  0.6),
 }
 WAYS: dict[str, dict[str, Any]] = {  # from the left of the wall to its right
     "from a pose":             {"targets": [RIGHT], "start": StartSettings(poses=[(*LEFT, 0.5)])},
@@ -144,7 +144,7 @@ def test_cells_are_the_largest_that_lead_through_a_door(door: str, way: str) -> 
     settings = mission(**WAYS[way])
     placed = with_lattice(settings, floor).traffic
     assert placed.cell == pytest.approx(side)
-    assert placed.offset == pytest.approx(best_offset(floor, side=side, radius=FITS))
+    assert placed.offset == pytest.approx(best_offset(floor, side=side, radius=FITS, centred=side < 0.9))
     cells = cells_of(floor, with_lattice(settings, floor))
     assert (cells.side, cells.radius, cells.offset) == (placed.cell, FITS, placed.offset)
 
@@ -158,7 +158,8 @@ SIDES: dict[str, tuple[dict[str, Any], float]] = {
     "just":                                    ({"radio": RadioSettings(range=3.5)}, 1.0),
     "for cells of 0.8 m":                      ({"radio": RadioSettings(range=3.3)}, 0.8),
     "just so":                                 ({"radio": RadioSettings(range=3.0)}, 0.8),
-    "for none":                                ({"radio": RadioSettings(range=2.8)}, 1.2),
+    "for cells of 0.6 m":                      ({"radio": RadioSettings(range=2.8)}, 0.6),
+    "for none":                                ({"radio": RadioSettings(range=2.1)}, 1.2),
     # 0.8 m apart: cells of 1.2 m miss one of three by 0.12 m, cells of 1 m one of four
     "three stops":                             ({"targets": [(0.7 + 0.8 * k, 1.5) for k in range(3)], "reach": 0.1}, 1.0),
     "four stops":                              ({"targets": [(0.6 + 0.8 * k, 1.5) for k in range(4)], "reach": 0.1}, 0.8),
@@ -180,9 +181,12 @@ def test_cells_are_the_largest_that_serve(name: str) -> None:
     assert with_lattice(mission(**fields), floor_of(4.0, 3.0)).traffic.cell == pytest.approx(side)
 
 
-@pytest.mark.parametrize(("robots", "side"), [(9, 1.2), (10, 1.0), (12, 1.0), (13, 0.8), (15, 0.8), (16, 1.2)])
+@pytest.mark.parametrize(
+    ("robots", "side"),
+    [(6, 1.2), (7, 1.0), (9, 1.0), (10, 0.8), (15, 0.8), (16, 0.6), (22, 0.6), (23, 0.5), (48, 0.5), (49, 1.2)],
+)
 def test_an_area_for_the_starts_holds_a_cell_for_each_robot(robots: int, side: float) -> None:
-    """The floor of 4 x 3 m takes 3 x 3 cells of 1.2 m, 4 x 3 of 1 m, and 5 x 3 of 0.8 m."""
+    """The floor of 4 x 3 m takes 3 x 3 cells of 1.2 m, 4 x 3 of 1 m, 5 x 4 of 0.8 m; robots fill 3/4 of them at most."""
     settings = mission(start=StartSettings(area=(4.0, 3.0, 0.0, 0.0)), robots=robots)
     assert with_lattice(settings, floor_of(4.0, 3.0)).traffic.cell == pytest.approx(side)
 
