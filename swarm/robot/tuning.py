@@ -76,6 +76,8 @@ class PilotTuning(NamedTuple):
     # s in all for which a robot that is done tries to get back to its last stop, from which it made room for others;
     # then it stays where it is in nobody's way. Robots on a ring, in an order in which not all can be back, never ended
     settles_after: float = 60.0
+    # rad; a robot that drives straight to its place turns on the spot if its heading is off by more
+    docks_straight: float = 0.35
     # of the chosen speeds, while commands reach the wheels late: the first with which the robot stays in its cells
     shares: tuple[float, ...] = (1.0, 0.5, 0.25)
     well_within: float = 0.9  # share of ``reach`` within which a robot that is done need not come nearer to its stop

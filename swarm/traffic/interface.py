@@ -76,6 +76,7 @@ class TrafficOutputs(NamedTuple):
     room: tuple[int, ...]  # cells asked for beside the way
     looks: bool  # it drives slowly to a point from which it looks or claims
     exactly: bool  # the last waypoint must be reached: a stop, or a point to look from
+    docks: bool  # it drives straight to its place, over cells that it holds for that only
     face: Point | None  # m, the point to turn to first
     waits: tuple[str, ...]  # robots that it waits for, or that shut its way
     activity: TrafficActivity

@@ -44,6 +44,7 @@ class StepResult(NamedTuple):
     threats: tuple[MovingObstacle, ...]  # obstacles that moved near it in the last tick
     speaks: bool  # it is its turn to broadcast
     events: tuple[TrafficNote, ...]
+    docked: bool = False  # it holds all cells that it needs to drive to its place, outside of its cell
 
     @property
     def busy(self) -> bool:
@@ -83,7 +84,7 @@ class RecordWriter:
             held=progress.reservations.held,
             claims=progress.reservations.all_claims,
             acks=self._acks(progress.reservations, situation.others, inputs.pose),
-            ahead=progress.route[: self._settings.ahead],
+            ahead=(*progress.route, *situation.docking)[: self._settings.ahead],
             waits=result.waits,
             moved=result.moved,
             epoch=joint.epoch,
@@ -133,9 +134,13 @@ def waypoints(
     """Return the points to drive to, in order [m]. ``alone`` are the held cells that no other robot holds too."""
     progress, goal, cells, spare = result.progress, result.goal, result.situation.cells, result.inputs.uncertainty
     back = [cell for cell in cells_back_to_way(progress, ahead[0], cells) if cell in progress.reservations.held]
+    if result.goal.leaves is not None:
+        back = []
     points = [cells.centre(cell) for cell in (ahead[0], *back[:1], *ahead[1:])]
     if ahead[0] not in alone:  # another robot is in this cell too: do not drive to its middle
         points = points[1:] or [(result.inputs.pose.x, result.inputs.pose.y)]
+    if result.docked and goal.dock is not None and progress.head == goal.cell:
+        return goal.dock.way_from(result.inputs.pose[:2], progress.reservations.held, cells, settings)
     if has_stop_ahead(result, ahead) and goal.wish is not None:
         points[-1] = goal.place(goal.wish, settings.standing_room + spare, cells)
     elif progress.route and not result.free_drive and is_bound_for_edge(result, settings):
@@ -223,6 +228,9 @@ def outputs_of(
     tick, held = result.situation.tick, result.progress.reservations.held
     place = result.progress.body_index(result.body.cell)
     first = result.progress.body_index_before_visit(result.body.cell, result.situation.stop_to_visit)
+    dock = result.goal.leaves or (result.goal.dock if result.docked else None)
+    if dock is not None and dock.cell in held:  # between its cell and its place: the way goes on from the cell
+        first = len(held) - 1 - held[::-1].index(dock.cell)
     alone, ahead = peers.cells_held_alone(held, tick), cells_ahead(result, first)
     stops, to_look, following = (
         has_stop_ahead(result, ahead),
@@ -240,8 +248,9 @@ def outputs_of(
         may_drive=not result.halt.stopped,
         threats=result.threats,
         room=result.room,
-        exactly=stops or to_look,
-        looks=not stops and to_look,
+        exactly=stops or to_look or result.docked,
+        looks=not stops and to_look and not result.docked,
+        docks=result.docked and not result.situation.done,
         face=result.face,
         waits=find_hinderers(result, doing),
         activity=doing,

@@ -14,8 +14,10 @@ from swarm.geometry import distance
 from swarm.maps.occupancy import Point
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
 from swarm.traffic.lattice.distances import FAR
+from swarm.traffic.lattice.docking import Dock, find_dock
 from swarm.traffic.peers.situation import Situation
 from swarm.traffic.reservations.route import BESIDE, Footprint, RouteProgress
+from swarm.traffic.settings import TrafficConstants
 
 STRAY: Final = 0.7  # steps, the cost of a cell that lies one cell side off the path
 RETRY: Final = 20  # ticks before the next attempt after no way was found
@@ -38,25 +40,35 @@ class GoalCell:
         self.since = 0  # tick
         self.wish: Point | None = None  # m; None: no particular place
         self.way_out: tuple[int, ...] = ()  # the way out of a cell in which no robot can stand; () elsewhere
+        self.dock: Dock | None = None  # the way to a wish that is not reached from inside the cell
+        self.leaves: Dock | None = None  # the dock that the robot is on its way back from
         self._place_for: tuple[CellMap, int, Point] | None = None
         self._place: Point = (0.0, 0.0)
 
     def set_wish(
-        self, wish: Point | None, progress: RouteProgress, body: Footprint, cells: CellMap, radius: float
+        self, wish: Point | None, progress: RouteProgress, body: Footprint, cells: CellMap, settings: TrafficConstants
     ) -> bool:
         """Set the wanted point [m]; return True if the goal cell changes and the robot wants to be somewhere.
 
-        If no way leads from the head to that point, the nearest reachable cell is taken. ``radius`` [m] is that of the
-        footprint.
+        If no way leads from the head to that point, and none straight from a cell, the nearest reachable cell is taken.
         """
         changed = False
+        if self.leaves is not None and (
+            body.cell == self.leaves.cell or self.leaves.cell not in progress.reservations.held
+        ):
+            self.leaves = None
         if wish is None:
             if self.wish is not None or self.cell == OUTSIDE:
                 self.cell = progress.head
         elif wish != self.wish or self.cell == OUTSIDE or self.way_out or not cells.stands[self.cell]:
-            self.way_out = _way_out(progress, body, cells, radius)
+            if self.dock is not None and body.cell != self.dock.cell and self.dock.cell in progress.reservations.held:
+                self.leaves = self.dock
+            self.way_out = _way_out(progress, body, cells, settings.radius)
             cell = self.way_out[0] if self.way_out else cells.cell_of(*wish)
             table = cells.distances(cell if self.way_out else progress.head)
+            self.dock = None if self.way_out else find_dock(cells, wish, settings, lambda one: table[one] < FAR)
+            if self.dock is not None:
+                cell = self.dock.cell
             if cell == OUTSIDE or table[cell] >= FAR:
                 reachable = [other for other, steps in enumerate(table) if steps < FAR]
                 cell = min(reachable, key=lambda other: (distance(cells.centre(other), wish), other))
@@ -66,7 +78,9 @@ class GoalCell:
         return changed
 
     def stop_to_visit(self, wish: Wish) -> int:
-        """Return the cell of the stop that the robot has not reached yet; OUTSIDE if it has, or has none."""
+        """Return the cell of the stop that the robot has yet to reach; OUTSIDE: there is none, or it docks there."""
+        if self.dock is not None:
+            return OUTSIDE
         return self.cell if wish.goal is not None and wish.goal == self.wish and not wish.done else OUTSIDE
 
     def reset_wish(self) -> None:

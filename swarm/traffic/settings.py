@@ -32,6 +32,7 @@ class TrafficConstants:
     speed: float = 0.9  # m/s; no robot is faster: it limits how far a record may have moved since the last one
     acceleration: float = 2.0  # m/s2; every robot brakes with it, and none gains speed faster
     sensor_range: float = 1.6  # m, from the robot's edge
+    reach: float = 0.4  # m, how near to a stop a robot has to come
 
     # claims and holds
     horizon: int = 3  # cells claimed or held beyond the one the robot stands in

@@ -23,7 +23,7 @@ from swarm.traffic.obstacles.scan import Scan
 from swarm.traffic.outputs import RecordWriter, StepResult, outputs_of
 from swarm.traffic.own_route import GoalCell, OwnRoute, Wish
 from swarm.traffic.peers.records import PeerRecords, TrafficNote
-from swarm.traffic.peers.sightings import Sightings
+from swarm.traffic.peers.sightings import Sightings, has_reserved
 from swarm.traffic.peers.situation import Situation
 from swarm.traffic.peers.uncooperative import StepAsideRecovery
 from swarm.traffic.reservations.claims import CellClaimer, ClaimResult, list_room_cells
@@ -40,7 +40,7 @@ from swarm.traffic.reservations.route import (
     resume_after_sleep,
 )  # fmt: skip
 from swarm.traffic.settings import LEAST_CLAIM, TrafficConstants
-from swarm.traffic.step_values import HaltResult, LastStep, ListenResult
+from swarm.traffic.step_values import DockingCells, HaltResult, LastStep, ListenResult
 
 
 class Traffic:
@@ -155,12 +155,19 @@ class Traffic:
             if free_drive
             else (heard.progress, heard.body)
         )
-        on_way = self._presence.keep_on_way(needed, body, cells, threatened=bool(heard.threats))
+        off_way = self._goal.leaves is not None or (
+            self._goal.dock is not None and needed.head == self._goal.cell and body.cell != self._goal.cell
+        )
+        on_way = needed if off_way else self._presence.keep_on_way(needed, body, cells, threatened=bool(heard.threats))
         asks = not free_drive and joint.call_epoch is None and not heard.listens
+        docking = self._docking_cells(on_way, body.cell, wish, inputs.uncertainty, cells)
+        needs = docking.wanted or docking.kept
         room = list_room_cells(on_way, inputs.pose, inputs.sweeps, heard.fresh, heard.threats, cells) if asks else ()
+        if needs and not heard.threats:
+            room = needs
         released = on_way.release_behind(body.touched, body.cell, room, self._goal.stop_to_visit(wish))
         moved = tick if released.way_cell_count < on_way.way_cell_count else heard.moved
-        other_goal = self._goal.set_wish(wish.goal, released, body, cells, settings.radius)
+        other_goal = self._goal.set_wish(wish.goal, released, body, cells, settings)
         beyond = tuple([cell for cell in released.reservations.held if cell not in body.touched])
         shared = len(self._peers.cells_held_alone(beyond, tick)) < len(
             beyond
@@ -174,7 +181,9 @@ class Traffic:
         leads_on = joint.following is not None and joint.following.leads_on(halted.progress, self._goal.cell, told)
         if (other_goal and not leads_on) or not halted.progress.following:
             joint.handle_occasion(PlanDrop())
-        situation = self._situation(tick, wish, halted.progress, moved, heard.fresh, cells)
+        situation = self._situation(tick, wish, halted.progress, moved, heard.fresh, cells)._replace(
+            docking=docking.wanted, by_dock=self._goal.dock is not None
+        )
         decision = joint.handle_occasion(PlanningStop() if inputs.stands else situation)
         routed = (
             bring_to_rest(halted.progress, body, cells)
@@ -185,7 +194,7 @@ class Traffic:
         # layer 1: which of its cells
         may_claim = joint.call_epoch is None and not inputs.stands and not heard.listens
         claimed = (
-            self._claiming.step(routed, joint.following, situation, body, room)
+            self._claiming.step(routed, joint.following, situation, body, room, docking.owners)
             if may_claim
             else ClaimResult(routed.without_claims(), (), took=False)
         )
@@ -197,13 +206,39 @@ class Traffic:
         # whom it asks to lead, if it speaks now
         speaks = self._record_writer.is_due(tick, often=heard.listens or self._peers.somebody_listens(tick))
         if speaks and not inputs.stands:
-            held, ahead = claimed.progress.reservations.held, claimed.progress.route[: settings.ahead]
+            held = claimed.progress.reservations.held
+            ahead = (*claimed.progress.route, *docking.wanted)[: settings.ahead]
             joint.handle_occasion(BroadcastTurn(self.me, held, ahead, claimed.waits, joint.epoch, moved_now, situation))
         return StepResult(
             inputs, body, situation, claimed.progress, self._goal, joint, claimed.waits, heard.listens, halted.halt,
             face, self._inspector.leans_to, free_drive, moved_now, room, heard.threats, speaks,
             (*heard.events, *halted.events, *decision.events, *complaints),
+            docked=docking.drives and set(needs) <= set(claimed.progress.reservations.held),
         )  # fmt: skip
+
+    def _docking_cells(
+        self, progress: RouteProgress, here: int, wish: Wish, uncertainty: float, cells: CellMap
+    ) -> DockingCells:
+        """Return the cells beside its own that the robot needs to drive to its place, or from it back to its cell."""
+        goal, held = self._goal, progress.reservations.held
+        if goal.leaves is not None:
+            beside = goal.leaves.cells_beside(cells, self.settings, uncertainty)
+            return DockingCells(kept=tuple([cell for cell in beside if cell in held]))
+        if goal.dock is None or wish.goal != goal.wish or progress.head != goal.cell or goal.cell in progress.route:
+            return DockingCells()
+        beside = goal.dock.cells_beside(cells, self.settings, uncertainty)
+        if here != goal.cell and here not in beside:
+            return DockingCells()  # it is still on its way to the cell
+        others = self._peers.others
+        owners = {robot: cell for robot, record in others.items() for cell in beside if has_reserved(record, cell)}
+        if wish.done:
+            asked = any(not set(beside).isdisjoint(record.ahead) for record in others.values())
+            stays = set(beside) <= set(held) and not owners and not asked
+            return DockingCells(kept=beside if stays else (), drives=stays)
+        if owners and progress.route:
+            return DockingCells()  # a joint plan leads it on: who is in the way may wait for it
+        first = sorted(beside, key=lambda cell: (cell not in owners.values(), cell))
+        return DockingCells(wanted=tuple(first), owners=tuple(sorted(owners)), drives=True)
 
     def _wish(self, inputs: TrafficInputs, head: int, cells: CellMap) -> Wish:
         """Return where the robot wants to be: for a while aside, if it has long stood beside a mute robot."""
@@ -264,7 +299,7 @@ class Traffic:
             cleared=self._sightings.clear(others, self._peers.recent_records(tick)),
             others=others,
             fresh=fresh,
-            then=cells.cell_of(*wish.then) if wish.then is not None else OUTSIDE,
+            then=cells.cell_of(*wish.then) if wish.then is not None and self._goal.dock is None else OUTSIDE,
             done=wish.done,
             wants=self._goal.since,
             bodies=partial(self._inspector.cells_of_silent, self._peers.silent_records(tick), cells),

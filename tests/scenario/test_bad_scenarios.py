@@ -108,7 +108,6 @@ WORLDS: dict[str, tuple[Edit, str]] = {
     "a target no path reaches":    (room_in_two, "target 2 of r1 at (9.5, 6): expected a way from (9.50, 2.00) wide enough for a radius of 0.2 m, found none; open the map or move the target"),
     "an area with one cell":       (put("start", value={"area": [1.1, 1.1, 2.3, 2.3]}), "start.area: expected a cell of 1 m for each of 2 robots, found 1; enlarge the area, make traffic.cell smaller, or run fewer robots"),
     "an area without a cell":      (put("start", value={"area": [5.1, 3.1, 6.9, 4.9]}), "start.area: expected a cell of 1 m for each of 2 robots, found 0; enlarge the area"),
-    "a target at a cell's corner": (together(put("targets", value=[[9.5, 2.0], [4.0, 2.0]]), put("traffic", value={"cell": 1.0, "offset": [0.0, 0.0]}), put("reach", value=0.35)), "target 2 of r1 at (4, 2): expected a place that is reached within 0.35 m from inside its cell of 1 m, got one 0.44 m off; the nearest place is (4.28, 2.28); move it there, or set `traffic.cell` or `traffic.offset`"),
     "a robot wider than its ways": (put("robot", "radius", value=1.2), "from any wall, for the robot's radius; move it"),
 }
 FILES = {

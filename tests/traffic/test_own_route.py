@@ -196,6 +196,7 @@ def test_how_far_a_point_is_off_a_line(name: str) -> None:
 FLOOR = Drawn("ab#c", "de#f")
 A, B, C, D, E, F = FLOOR.at("abcdef")
 RADIUS = 0.2  # m
+CONSTANTS = TrafficConstants(radius=RADIUS)
 ROOM = 0.28  # m, of the disc that has to fit
 
 
@@ -206,7 +207,7 @@ def near(cell: int, dx: float = 0.0, dy: float = 0.0) -> Point:
 
 def wish(goal: GoalCell, place: Point | None, head: int = A, tick: int = 0) -> bool:
     body = Footprint(tick, FLOOR.pose(head), head, frozenset({head}))
-    return goal.set_wish(place, RouteProgress(Reservations((head,)), (ALONE,)), body, FLOOR.cells, RADIUS)
+    return goal.set_wish(place, RouteProgress(Reservations((head,)), (ALONE,)), body, FLOOR.cells, CONSTANTS)
 
 
 # fmt: off
@@ -278,7 +279,7 @@ def test_beside_an_open_floor_the_goal_is_the_nearest_cell() -> None:
     floor = Drawn("ab", "cd")
     (a,), (x, y) = floor.at("a"), floor.points("a")[0]
     goal, body = GoalCell(), Footprint(0, floor.pose(a), a, frozenset({a}))
-    assert goal.set_wish((x - 2.0, y), RouteProgress(Reservations((a,)), (ALONE,)), body, floor.cells, RADIUS)
+    assert goal.set_wish((x - 2.0, y), RouteProgress(Reservations((a,)), (ALONE,)), body, floor.cells, CONSTANTS)
     assert goal.cell == a
 
 
@@ -299,6 +300,9 @@ class Edited:
 
     def in_sight(self, *_: object) -> bool:
         return True
+
+    def move_inside(self, cell: int, point: Point, radius: float) -> Point:
+        return point
 
     def distances(self, cell: int) -> list[int]:
         return [abs(cell - other) for other in range(3)]
@@ -321,6 +325,6 @@ def test_a_way_leads_out_of_a_cell_in_which_an_edit_left_the_robot(name: str) ->
     body = Footprint(0, Pose(0.5, 0.5, 0.0), 0, frozenset({0}))
     for shut in (False, True):
         goal = GoalCell()
-        goal.set_wish((2.5, 0.5), RouteProgress(Reservations(held), steps), body, Edited(shut=shut), RADIUS)  # type: ignore[arg-type]
+        goal.set_wish((2.5, 0.5), RouteProgress(Reservations(held), steps), body, Edited(shut=shut), CONSTANTS)  # type: ignore[arg-type]
         assert goal.way_out == ((1,) if looked and not shut else ()), "only into a cell beside"
         assert goal.cell == (1 if goal.way_out else 2)

@@ -229,6 +229,9 @@ class CellPilot:
                 self._detour.end()
                 return Driven(STAND, heading, scale, drawn_to, circles, target)
             within, heading, scale = 0.0, bearing(pose, self._cells.centre(granted.way[1])), SCALE.turning
+        if granted.docks and not granted.threats and PILOT.docks_straight < abs(heading):
+            self._detour.end()
+            return Driven(self._filter.face(body, heading), heading, scale, drawn_to, circles, target)
         constraints = clear._replace(stop_within=within, slowly=granted.looks, may_drive=granted.may_drive)
         if (aside := self._detour.heading(sense, constraints)) is not None:
             heading, scale = aside, SCALE.detour

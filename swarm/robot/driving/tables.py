@@ -45,7 +45,7 @@ def scale_of(granted: TrafficOutputs, room: float, heading: float, nowhere: floa
     """
     if nowhere > 2 * PILOT.nowhere_after:
         return SCALE.detour
-    if nowhere > PILOT.nowhere_after or (granted.exactly and len(granted.held) == 1):
+    if nowhere > PILOT.nowhere_after or granted.docks or (granted.exactly and len(granted.held) == 1):
         return SCALE.turning
     if granted.unconstrained:
         return 1.0

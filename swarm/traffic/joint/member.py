@@ -65,8 +65,8 @@ def reason_to_ask(own: BroadcastTurn, settings: TrafficConstants) -> str | None:
         record = situation.fresh.get(robot)
         if record is None or record.frozen is not None or record.stands:
             continue
-        if own.epoch is not None and record.epoch == own.epoch:
-            continue  # it follows the same plan
+        if own.epoch is not None and record.epoch == own.epoch and not situation.docking:
+            continue  # it follows the same plan, which both have not driven to its end
         if own.ahead[0] in record.held and _is_at_rest(record, situation.tick, settings):
             return "rest"
         if record.ahead and own.ahead[0] in record.held and record.ahead[0] in own.held:

@@ -66,6 +66,7 @@ class Member(NamedTuple):
     moved: int  # tick of its last progress
     wants: int  # tick since which it has had this goal
     then: int = OUTSIDE  # cell of the target after that one; OUTSIDE: there is none
+    docking: tuple[int, ...] = ()  # cells beside its own that it needs at its stop
 
 
 class Problem(NamedTuple):
@@ -114,14 +115,15 @@ class Problem(NamedTuple):
 def members_of(epoch: Epoch, me: str, situation: Situation) -> dict[str, Member]:
     """Return all that stand for a plan, ``me`` included; of robots that share a head, only the first."""
     now = situation
-    members = {me: Member(now.head, now.goal, now.idle, now.done, now.moved, now.wants, now.then)}
+    members = {me: Member(now.head, now.goal, now.idle, now.done, now.moved, now.wants, now.then, now.docking)}
     for robot, record in situation.fresh.items():
         heads = [member.head for member in members.values()]
         if record.frozen == epoch and record.held and record.held[-1] not in heads:
             head = record.held[-1]
             members[robot] = Member(
-                head, record.goal, record.idle, record.done, record.moved, record.wants, record.then
-            )
+                head, record.goal, record.idle, record.done, record.moved, record.wants, record.then,
+                record.ahead if head == record.goal and not (record.done or record.idle) else (),
+            )  # fmt: skip
     return members
 
 
@@ -142,7 +144,9 @@ def problem_of(
     vias = _shared_targets(everybody, in_the_way, cells) if relaxation.through else {}
     wishes = {robot: member.then if robot in vias else member.goal for robot, member in everybody.items()}
     since = {robot: member.moved for robot, member in everybody.items()}
-    goals = assign_goals(cells, heads, wishes, in_the_way, since, done, idle, relaxation.aside)
+    goals = assign_goals(
+        cells, heads, wishes, in_the_way, since, done, idle, relaxation.aside, _docking_cells(everybody)
+    )
     # nobody leaves its place for robots that only go back to theirs
     resting = (
         set()
@@ -168,6 +172,21 @@ def problem_of(
         vias=tuple(vias.get(robot, OUTSIDE) for robot in members) if vias else (),
         wanting=any(one.head != one.goal and not one.done for one in wanting.values()),
     )
+
+
+def _docking_cells(everybody: Mapping[str, Member]) -> frozenset[int]:
+    """Return the cells beside their own that robots need at their stops.
+
+    Where two are in each other's way, they are those of the one that has had its stop for longer.
+    """
+    kept: set[int] = set()
+    cells: set[int] = set()
+    for _, member in sorted(everybody.items(), key=lambda one: (one[1].wants, one[0])):
+        needs = {member.head, *member.docking}
+        if member.docking and member.head not in kept and cells.isdisjoint(needs):
+            kept.update(member.docking)
+            cells.update(needs)
+    return frozenset(kept)
 
 
 def _shared_targets(everybody: Mapping[str, Member], blocked: Collection[int], cells: CellMap) -> dict[str, int]:
@@ -240,6 +259,7 @@ def assign_goals(
     done: Collection[str] = (),
     idle: Collection[str] = (),
     aside: FallbackGoal = FallbackGoal.NEAR,
+    kept_free: Collection[int] = (),
 ) -> dict[str, int]:
     """Return a goal cell for each robot that it can reach and that no other robot has.
 
@@ -250,6 +270,8 @@ def assign_goals(
     and only have to be out of the way: each stays, or goes to the nearest cell that no robot drives over to its own
     goal.
 
+    Nobody gets a cell that is ``kept_free`` for a robot at its stop, as long as there are others.
+
     Shared targets need no other rule: one robot gets the target, the others get free cells, chosen by ``aside``. A
     robot whose goal is not a cell (OUTSIDE) wishes to stay where it is.
     """
@@ -257,7 +279,7 @@ def assign_goals(
     wish = {robot: goal if 0 <= goal < len(cells) else heads[robot] for robot, goal in wishes.items()}
     rank = {robot: 2 if robot in idle else int(robot in done) for robot in heads}
     queue = sorted(heads, key=lambda robot: (rank[robot], reach[robot][wish[robot]], since[robot], robot))
-    taken: dict[int, str] = {}
+    taken: dict[int, str] = dict.fromkeys(kept_free, "")
     ways: set[int] = set()
     for level in sorted(set(rank.values())):
         peers = [robot for robot in queue if rank[robot] == level]
@@ -269,9 +291,10 @@ def assign_goals(
         for robot in peers:
             if robot not in taken.values():
                 near, table = cells.distances(wish[robot]), reach[robot]
-                free = (cell for cell, steps in enumerate(table) if steps < FAR and cell not in taken)
+                free = [cell for cell, steps in enumerate(table) if steps < FAR and cell not in taken]
+                free = free or [cell for cell, steps in enumerate(table) if steps < FAR and not taken[cell]]
                 taken[min(free, key=_make_sort_key(aside, near, table, ways))] = robot
-    return {robot: cell for cell, robot in taken.items()}
+    return {robot: cell for cell, robot in taken.items() if robot}
 
 
 def _way(cells: CellMap, steps: Sequence[int], start: int, taken: Collection[int]) -> Iterator[int]:

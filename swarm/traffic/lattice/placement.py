@@ -1,7 +1,7 @@
 """The cells of a scenario: the same for every robot and for the world that watches them."""
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from itertools import combinations
@@ -16,7 +16,8 @@ from swarm.geometry import distance, poses_on_circle
 from swarm.maps.occupancy import FREE, OccupancyMap, Point
 from swarm.settings import Settings
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
-from swarm.traffic.settings import LEAST_CLAIM, NEAR, TrafficConstants
+from swarm.traffic.lattice.docking import find_dock, missed_distance
+from swarm.traffic.settings import LEAST_CLAIM, TrafficConstants
 
 # side of a cell if the scenario gives none: at 6 radii a robot turns in it under the paper's controller; the last two
 # are lanes, in which a robot can do little but follow them
@@ -86,27 +87,44 @@ def with_lattice(settings: Settings, floor: OccupancyMap) -> Settings:
     if traffic.offset is not None:
         return _set_lattice(settings, sides[0], traffic.offset)
     fits = settings.robot.radius + OFF_LINE
-    reached: list[tuple[float, Point]] = []
-    first: tuple[float, Point] | None = None
-    for side in sides:
-        offset = (0.0, 0.0) if _is_own_lattice(settings, floor, side) else _offset_for(settings, floor, side)
-        first = first or (side, offset)
+    tried: dict[str, list[tuple[float, Point]]] = {"serves": [], "reached": [], "docked": [], "all": []}
+    for side, offset in _lattices(settings, floor, sides):
+        tried["all"].append((side, offset))
         cells = build_lattice(floor, side, fits, offset, _lean_room(settings))
+        serves = not _count_shared_starts(cells, settings) and _has_room_to_pass(cells, settings)
         if _can_reach_all_stops(cells, settings):
-            if not _count_shared_starts(cells, settings) and _has_room_to_pass(cells, settings):
+            if serves:
                 return _set_lattice(settings, side, offset)
-            reached.append((side, offset))
-    return _set_lattice(settings, *(reached[0] if reached else first or (sides[0], None)))
+            tried["reached"].append((side, offset))
+        if _can_reach_all_stops(cells, settings, by_docks=True):
+            tried["serves" if serves else "docked"].append((side, offset))
+    return _set_lattice(settings, *next(places[0] for places in tried.values() if places))
 
 
-def _offset_for(settings: Settings, floor: OccupancyMap, side: float) -> Point:
-    """Return the best lattice offset [m] for cells of ``side`` [m] under the starts and stops of a scenario."""
+def _lattices(settings: Settings, floor: OccupancyMap, sides: Sequence[float]) -> Iterator[tuple[float, Point]]:
+    """Yield the lattices to try: of each side the one that misses fewest stops, then the one with most lanes."""
+    for side in sides:
+        if _is_own_lattice(settings, floor, side):
+            yield side, (0.0, 0.0)
+            continue
+        yield side, _offset_for(settings, floor, side)
+        if side < (RADII[0] - ALIKE) * settings.robot.radius:
+            yield side, _offset_for(settings, floor, side, by_docks=True)
+
+
+def _offset_for(settings: Settings, floor: OccupancyMap, side: float, *, by_docks: bool = False) -> Point:
+    """Return the best lattice offset [m] for cells of ``side`` [m] under the starts and stops of a scenario.
+
+    Stops that robots drive to straight from a cell count as missed, unless ``by_docks``.
+    """
     return best_offset(
         floor,
         side=side,
         radius=settings.robot.radius + OFF_LINE,
-        missed=lambda cells: _count_missed_stops(cells, settings) + _count_shared_starts(cells, settings),
-        centred=side <= (LANES + ALIKE) * settings.robot.radius,
+        missed=lambda cells: (
+            _count_missed_stops(cells, settings, by_docks=by_docks) + _count_shared_starts(cells, settings)
+        ),
+        centred=by_docks or side <= (LANES + ALIKE) * settings.robot.radius,
     )
 
 
@@ -152,16 +170,25 @@ def _stops(settings: Settings) -> list[Point]:
     return stops + ([pose[:2] for pose in settings.start.poses or ()] if settings.return_home else [])
 
 
-def _count_missed_stops(cells: CellMap, settings: Settings) -> int:
-    return sum(distance_to_stop(cells, stop, settings) > settings.reach for stop in _stops(settings))
+def _count_missed_stops(cells: CellMap, settings: Settings, *, by_docks: bool = False) -> int:
+    away = distance_to_stop if by_docks else missed_stop
+    return sum(away(cells, stop, settings) > settings.reach for stop in _stops(settings))
 
 
-def _can_reach_all_stops(cells: CellMap, settings: Settings) -> bool:
-    """Return True if a robot that keeps to these cells can reach all stops from all starts."""
-    if traffic_settings(settings).claim_radius < LEAST_CLAIM * cells.side or _count_missed_stops(cells, settings):
+def _can_reach_all_stops(cells: CellMap, settings: Settings, *, by_docks: bool = False) -> bool:
+    """Return True if a robot can reach all stops from all starts: from inside their cells, or ``by_docks`` too."""
+    constants = traffic_settings(settings)
+    if constants.claim_radius < LEAST_CLAIM * cells.side:
         return False
-    places = [*_stops(settings), *(pose[:2] for pose in settings.start.poses or ())]
-    joined = [cells.nearest_standable(*place) for place in places]
+    docks = [find_dock(cells, stop, constants) if by_docks else None for stop in _stops(settings)]
+    missed = [missed_stop(cells, stop, settings) > settings.reach for stop in _stops(settings)]
+    if any(far and dock is None for far, dock in zip(missed, docks, strict=True)):
+        return False
+    joined = [
+        dock.cell if dock is not None else cells.nearest_standable(*stop)
+        for stop, dock in zip(_stops(settings), docks, strict=True)
+    ]
+    joined += [cells.nearest_standable(*pose[:2]) for pose in settings.start.poses or ()]
     if settings.start.area is not None:
         drawn = cells_within(cells, settings.start.area)
         if len(drawn) < settings.robots:
@@ -220,11 +247,14 @@ def standable_under(cells: CellMap, place: Point, settings: Settings) -> list[in
 def comes_near(cells: CellMap, here: Point, there: Point, settings: Settings) -> bool:
     """Return True if a robot at ``here`` [m] can come within ``reach`` of a place [m] over cells.
 
-    The result is also True if no cell to stand in is under the robot: the cells tell nothing then.
+    It may drive there straight from a cell. The result is also True if no cell to stand in is under the robot: the
+    cells tell nothing then.
     """
     under, pieces = standable_under(cells, here, settings), cells.pieces
     joined = {pieces[cell] for cell in under}
     if not under or pieces[cells.cell_of(*there)] in joined:
+        return True
+    if find_dock(cells, there, traffic_settings(settings), lambda cell: pieces[cell] in joined) is not None:
         return True
     reachable = (cell for cell in range(len(cells)) if pieces[cell] in joined)
     nearest = min(reachable, key=lambda cell: (distance(cells.centre(cell), there), cell))
@@ -233,11 +263,16 @@ def comes_near(cells: CellMap, here: Point, there: Point, settings: Settings) ->
 
 
 def distance_to_stop(cells: CellMap, stop: Point, settings: Settings) -> float:
+    """Return how far from a stop [m] a robot stands at most; inf if there is no cell. 0: it drives straight there."""
+    missed = missed_stop(cells, stop, settings)
+    docks = missed > settings.reach and find_dock(cells, stop, traffic_settings(settings)) is not None
+    return 0.0 if docks else missed
+
+
+def missed_stop(cells: CellMap, stop: Point, settings: Settings) -> float:
     """Return how far from a stop [m] a robot stands that keeps to the cell of the stop; inf if there is no cell."""
     cell = cells.nearest_standable(*stop)
-    if cell == OUTSIDE:
-        return inf
-    return distance(cells.move_inside(cell, stop, traffic_settings(settings).standing_room), stop) + NEAR
+    return inf if cell == OUTSIDE else missed_distance(cells, cell, stop, traffic_settings(settings))
 
 
 @lru_cache(maxsize=4)
@@ -300,6 +335,7 @@ def traffic_settings(settings: Settings) -> TrafficConstants:
         speed=robot.top_speed,
         acceleration=robot.wheel_acceleration,
         sensor_range=settings.sensors.range,
+        reach=settings.reach,
         learns=not settings.map.known,
     )
     fresh = max(constants.fresh, constants.every * _longest_loss_run(radio.loss, DEAF))

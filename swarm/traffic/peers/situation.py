@@ -27,8 +27,10 @@ class Situation(NamedTuple):
     bodies: Callable[[], frozenset[int]] = frozenset  # cells in which silent robots were last heard, and may stand
     mutes: frozenset[str] = frozenset()  # robots that are heard but say nothing of traffic
     stays: frozenset[int] = frozenset()  # cells that they have covered for long
+    by_dock: bool = False  # it comes to its stop over cells beside its own, and only once a plan has led it to its cell
+    docking: tuple[int, ...] = ()  # cells beside its own that it needs at its stop, those that others hold first
 
     @property
     def stop_to_visit(self) -> int:
         """The cell that the robot has to drive over, whatever comes then: that of its stop; OUTSIDE: none."""
-        return OUTSIDE if self.done or self.idle else self.goal
+        return OUTSIDE if self.done or self.idle or self.by_dock else self.goal

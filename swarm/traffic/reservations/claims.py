@@ -55,8 +55,18 @@ class CellClaimer:
         situation: Situation,
         body: Footprint,
         room: Collection[int],
+        owners: tuple[str, ...] = (),
     ) -> ClaimResult:
-        """Claim the next cells of the way, and the cells of ``room`` beside it; take those that are granted."""
+        """Claim the next cells of the way, and the cells of ``room`` beside it; take those that are granted.
+
+        A robot that needs cells beside its own at its stop claims none of its way, and those only if there are no
+        ``owners`` of them, for whom it waits.
+        """
+        if situation.docking:
+            progress = progress._replace(reservations=progress.reservations.withdraw(progress.reservations.claims))
+            near = self._near(situation, body.pose)
+            progress = self._make_room(progress, situation, body.pose, () if owners else room, near)
+            return ClaimResult(progress, owners, took=False)
         progress, waits = self._ask(progress, plan, situation, body)
         near = (
             self._near(situation, body.pose) if progress.reservations.claims or progress.reservations.beside else NOBODY
@@ -116,7 +126,8 @@ class CellClaimer:
             *situation.blocked,
         }
         for cell in room:
-            if cell in taken or len(progress.reservations.beside) >= MOST_BESIDE:
+            most = len(room) if situation.docking else MOST_BESIDE
+            if cell in taken or len(progress.reservations.beside) >= most:
                 continue
             if distance(situation.cells.centre(cell), pose) > self.settings.claim_radius:
                 continue

@@ -1,0 +1,83 @@
+"""How a robot comes to a place that it does not reach from inside one cell: it drives straight there from a cell.
+
+The cells that its body then reaches into besides are reserved for the visit only. So a lattice decides no longer where
+a robot may stand; walls do.
+"""
+
+from collections.abc import Callable, Collection
+from math import ceil, hypot
+from typing import Final, NamedTuple
+
+from swarm.geometry import distance
+from swarm.maps.occupancy import Point
+from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
+from swarm.traffic.settings import NEAR, TrafficConstants
+
+STEP: Final = 0.05  # m, between two points of the way at which the body is tried
+CLEAR: Final = 0.01  # m, kept between the body and walls beside the way, for turns of the wheels while it drives
+
+
+class Dock(NamedTuple):
+    """A place, and the cell from whose middle a robot drives straight to it."""
+
+    place: Point  # m
+    cell: int
+
+    def cells_beside(self, cells: CellMap, settings: TrafficConstants, uncertainty: float = 0.0) -> tuple[int, ...]:
+        """List the other cells that a body reaches into on the way and at the place, in ascending order.
+
+        The body may be off by ``uncertainty`` [m].
+        """
+        line = _points_between(cells.centre(self.cell), self.place)
+        way = cells.swept_cells(line, settings.radius + settings.margin + uncertainty)
+        there = cells.swept_cells((self.place,), settings.standing_room + uncertainty)
+        return tuple(sorted((way | there) - {self.cell, OUTSIDE}))
+
+    def way_from(
+        self, here: Point, held: Collection[int], cells: CellMap, settings: TrafficConstants
+    ) -> tuple[Point, ...]:
+        """Return the points to drive to from a point, the place last [m].
+
+        The middle of the cell comes first where the straight line leads past a wall or out of the ``held`` cells.
+        """
+        line = _points_between(here, self.place)
+        inside = cells.swept_cells(line, settings.radius + settings.margin).issubset(held)
+        straight = inside and cells.in_sight(here, self.place, settings.radius + CLEAR)
+        return (self.place,) if straight else (cells.centre(self.cell), self.place)
+
+
+def _points_between(start: Point, end: Point) -> list[Point]:
+    count = max(1, ceil(distance(start, end) / STEP))
+    shares = [number / count for number in range(count + 1)]
+    return [(start[0] + share * (end[0] - start[0]), start[1] + share * (end[1] - start[1])) for share in shares]
+
+
+def find_dock(
+    cells: CellMap, place: Point, settings: TrafficConstants, can_use: Callable[[int], bool] = lambda cell: True
+) -> Dock | None:
+    """Return from which cell a robot comes to a place [m]; None: from none, or it needs no other cell than its own.
+
+    The cell is one that it ``can_use`` and stand in, the place's own if possible, else the nearest around it from which
+    no wall is in the way.
+    """
+    here = cells.cell_of(*place)
+    if here == OUTSIDE:
+        return None
+    if cells.stands[here] and can_use(here) and missed_distance(cells, here, place, settings) <= settings.reach:
+        return None
+    near = [cell for cell in cells.cells_around(here, 1) if cells.stands[cell] and can_use(cell)]
+
+    def away(cell: int) -> tuple[bool, float, int]:
+        middle = cells.centre(cell)
+        return cell != here, hypot(middle[0] - place[0], middle[1] - place[1]), cell
+
+    room = settings.radius + CLEAR
+    for cell in sorted(near, key=away):
+        if cells.in_sight(cells.centre(cell), place, room):
+            return Dock(place, cell)
+    return None
+
+
+def missed_distance(cells: CellMap, cell: int, place: Point, settings: TrafficConstants) -> float:
+    """Return how far from a place [m] a robot stands at most that keeps to one cell."""
+    return distance(cells.move_inside(cell, place, settings.standing_room), place) + NEAR
