@@ -5,6 +5,7 @@ from typing import Any
 
 import pytest
 
+from benchmarks.floor import hall
 from swarm.maps.occupancy import WALL
 from swarm.scenario.benchmark import from_benchmark
 from swarm.scenario.load import Scenario, load
@@ -56,14 +57,12 @@ def test_shared_targets_are_taken_in_turn(paper: Scenario, robots: int) -> None:
     assert_clean(run(paper, robots, limit=600.0))
 
 
-def test_a_swap_without_a_bay_is_found_out_and_named(tmp_path: Path) -> None:
-    drawn = (SCENARIOS / "corridor.yaml").read_text(encoding="utf-8").replace("#######.######", "##############")
-    drawn = drawn.replace("    ######.#######\n", "    ##############\n")
-    (tmp_path / "sealed.yaml").write_text(drawn, encoding="utf-8")
-    report = run(load(tmp_path / "sealed.yaml"), 2)
+def test_a_swap_without_a_bay_is_found_out_and_named() -> None:
+    """Two bodies of 0.4 m with 5 cm on each side of both do not fit beside each other in 0.9 m."""
+    report = run(hall(0.9, 2), 2)
     assert not report["complete"]
-    assert "no way exists for r1, r2" in report["reason"]
-    assert report["sim_time"] < 30.0
+    assert "exists for r1, r2" in report["reason"]
+    assert report["sim_time"] < 40.0
     assert report["contacts"]["robot"] == 0
 
 

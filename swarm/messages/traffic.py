@@ -125,7 +125,9 @@ class Record(Notice, frozen=True, kw_only=True, omit_defaults=True):
         bool, doc("it has no target left; unless it is idle, it returns to the place where it must stand")
     ] = False
     wants: Annotated[Tick, doc("tick since which it has had this goal")] = 0
-    ahead: Annotated[tuple[Cell, ...], doc("cells of its way beyond the head")] = ()
+    ahead: Annotated[
+        tuple[Cell, ...], doc("cells of its way beyond the head, then those that it needs beside its own at its stop")
+    ] = ()
     waits: Annotated[tuple[Id, ...], doc("robots that it waits for")] = ()
     moved: Annotated[Tick, doc("tick at which it last left a cell or got a new one")] = 0
     epoch: Annotated[Epoch | None, doc("the joint plan that it follows")] = None

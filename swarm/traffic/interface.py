@@ -76,13 +76,13 @@ class TrafficOutputs(NamedTuple):
     room: tuple[int, ...]  # cells asked for beside the way
     looks: bool  # it drives slowly to a point from which it looks or claims
     exactly: bool  # the last waypoint must be reached: a stop, or a point to look from
-    docks: bool  # it drives straight to its place, over cells that it holds for that only
     face: Point | None  # m, the point to turn to first
     waits: tuple[str, ...]  # robots that it waits for, or that shut its way
     activity: TrafficActivity
     events: tuple[TrafficNote, ...]
     way: tuple[int, ...]  # cells to come, held ones first
     members: tuple[str, ...]  # of the joint plan followed
+    docks: bool = False  # it drives straight to its place, over cells that it holds for that only
 
     def without_messages(self) -> "TrafficOutputs":
         """Return what still holds of these outputs in a tick without a step: all but the messages."""

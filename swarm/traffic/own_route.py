@@ -4,7 +4,7 @@ The goal is a cell that it can stand in and reach. The way leads along the path 
 one near the straight line.
 """
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from heapq import heappop, heappush
 from itertools import pairwise
 from math import hypot
@@ -12,9 +12,11 @@ from typing import Final, NamedTuple
 
 from swarm.geometry import distance
 from swarm.maps.occupancy import Point
+from swarm.messages.traffic import Record
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
 from swarm.traffic.lattice.distances import FAR
-from swarm.traffic.lattice.docking import Dock, find_dock
+from swarm.traffic.lattice.dock import Dock, find_dock
+from swarm.traffic.peers.sightings import has_reserved
 from swarm.traffic.peers.situation import Situation
 from swarm.traffic.reservations.route import BESIDE, Footprint, RouteProgress
 from swarm.traffic.settings import TrafficConstants
@@ -30,6 +32,15 @@ class Wish(NamedTuple):
     path: Sequence[Point]  # m, to the goal; (): any shortest way
     done: bool  # no stop is left: the goal is only a place to stand
     then: Point | None = None  # m, where it wants to be after that; None: nowhere else
+
+
+class DockCells(NamedTuple):
+    """The cells beside its own cell that a robot needs between that cell and its place."""
+
+    wanted: tuple[int, ...] = ()  # all of them, while it still has to come there; those that others hold first
+    owners: tuple[str, ...] = ()  # robots that hold or claim some of them
+    kept: tuple[int, ...] = ()  # those that it keeps while it is there or drives back
+    drives: bool = False  # it is so near that it drives straight to its place, or stays there, once it holds them
 
 
 class GoalCell:
@@ -83,6 +94,11 @@ class GoalCell:
             return OUTSIDE
         return self.cell if wish.goal is not None and wish.goal == self.wish and not wish.done else OUTSIDE
 
+    def is_between(self, progress: RouteProgress, here: int) -> bool:
+        """Return True if the robot, in the cell ``here``, is between the cell of its dock and its place."""
+        at_dock = self.dock is not None and progress.head == self.cell != here
+        return self.leaves is not None or at_dock
+
     def reset_wish(self) -> None:
         """Choose the cell again with the next wish, because the floor has changed."""
         self.wish = None
@@ -102,6 +118,40 @@ class GoalCell:
             self._place_for = asked
             self._place = cells.move_inside(self.cell, wish, room)
         return self._place
+
+
+def cells_at_dock(
+    goal: GoalCell,
+    wish: Wish,
+    progress: RouteProgress,
+    here: int,
+    others: Mapping[str, Record],
+    cells: CellMap,
+    settings: TrafficConstants,
+    uncertainty: float,
+) -> DockCells:
+    """Return the cells beside its own that a robot, in the cell ``here``, needs to its place, or back to its cell.
+
+    It may be off by ``uncertainty`` [m]. While others hold one of them it follows its plan, if that leads it on.
+    """
+    held = progress.reservations.held
+    if goal.leaves is not None:
+        beside = goal.leaves.cells_beside(cells, settings, uncertainty)
+        return DockCells(kept=tuple([cell for cell in beside if cell in held]))
+    if goal.dock is None or wish.goal != goal.wish or progress.head != goal.cell or goal.cell in progress.route:
+        return DockCells()
+    beside = goal.dock.cells_beside(cells, settings, uncertainty)
+    if here != goal.cell and here not in beside:
+        return DockCells()  # it is still on its way to the cell
+    owners = {robot: cell for robot, record in others.items() for cell in beside if has_reserved(record, cell)}
+    if wish.done:
+        is_asked = any(not set(beside).isdisjoint(record.ahead) for record in others.values())
+        stays = set(beside) <= set(held) and not owners and not is_asked
+        return DockCells(kept=beside if stays else (), drives=stays)
+    if owners and progress.route:
+        return DockCells()
+    first = sorted(beside, key=lambda cell: (cell not in owners.values(), cell))
+    return DockCells(wanted=tuple(first), owners=tuple(sorted(owners)), drives=True)
 
 
 def _way_out(progress: RouteProgress, body: Footprint, cells: CellMap, radius: float) -> tuple[int, ...]:

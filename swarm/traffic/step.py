@@ -21,9 +21,9 @@ from swarm.traffic.obstacles.detector import BlockageChecker, ObstacleDetector, 
 from swarm.traffic.obstacles.inspection import Inspector
 from swarm.traffic.obstacles.scan import Scan
 from swarm.traffic.outputs import RecordWriter, StepResult, outputs_of
-from swarm.traffic.own_route import GoalCell, OwnRoute, Wish
+from swarm.traffic.own_route import GoalCell, OwnRoute, Wish, cells_at_dock
 from swarm.traffic.peers.records import PeerRecords, TrafficNote
-from swarm.traffic.peers.sightings import Sightings, has_reserved
+from swarm.traffic.peers.sightings import Sightings
 from swarm.traffic.peers.situation import Situation
 from swarm.traffic.peers.uncooperative import StepAsideRecovery
 from swarm.traffic.reservations.claims import CellClaimer, ClaimResult, list_room_cells
@@ -40,7 +40,7 @@ from swarm.traffic.reservations.route import (
     resume_after_sleep,
 )  # fmt: skip
 from swarm.traffic.settings import LEAST_CLAIM, TrafficConstants
-from swarm.traffic.step_values import DockingCells, HaltResult, LastStep, ListenResult
+from swarm.traffic.step_values import HaltResult, LastStep, ListenResult
 
 
 class Traffic:
@@ -155,13 +155,16 @@ class Traffic:
             if free_drive
             else (heard.progress, heard.body)
         )
-        off_way = self._goal.leaves is not None or (
-            self._goal.dock is not None and needed.head == self._goal.cell and body.cell != self._goal.cell
+        on_way = (
+            needed
+            if self._goal.is_between(needed, body.cell)
+            else self._presence.keep_on_way(needed, body, cells, threatened=bool(heard.threats))
         )
-        on_way = needed if off_way else self._presence.keep_on_way(needed, body, cells, threatened=bool(heard.threats))
         asks = not free_drive and joint.call_epoch is None and not heard.listens
-        docking = self._docking_cells(on_way, body.cell, wish, inputs.uncertainty, cells)
-        needs = docking.wanted or docking.kept
+        dock = cells_at_dock(
+            self._goal, wish, on_way, body.cell, self._peers.others, cells, settings, inputs.uncertainty
+        )
+        needs = dock.wanted or dock.kept
         room = list_room_cells(on_way, inputs.pose, inputs.sweeps, heard.fresh, heard.threats, cells) if asks else ()
         if needs and not heard.threats:
             room = needs
@@ -182,7 +185,7 @@ class Traffic:
         if (other_goal and not leads_on) or not halted.progress.following:
             joint.handle_occasion(PlanDrop())
         situation = self._situation(tick, wish, halted.progress, moved, heard.fresh, cells)._replace(
-            docking=docking.wanted, by_dock=self._goal.dock is not None
+            docking=dock.wanted, by_dock=self._goal.dock is not None
         )
         decision = joint.handle_occasion(PlanningStop() if inputs.stands else situation)
         routed = (
@@ -194,7 +197,7 @@ class Traffic:
         # layer 1: which of its cells
         may_claim = joint.call_epoch is None and not inputs.stands and not heard.listens
         claimed = (
-            self._claiming.step(routed, joint.following, situation, body, room, docking.owners)
+            self._claiming.step(routed, joint.following, situation, body, room, dock.owners)
             if may_claim
             else ClaimResult(routed.without_claims(), (), took=False)
         )
@@ -207,38 +210,14 @@ class Traffic:
         speaks = self._record_writer.is_due(tick, often=heard.listens or self._peers.somebody_listens(tick))
         if speaks and not inputs.stands:
             held = claimed.progress.reservations.held
-            ahead = (*claimed.progress.route, *docking.wanted)[: settings.ahead]
+            ahead = (*claimed.progress.route, *dock.wanted)[: settings.ahead]
             joint.handle_occasion(BroadcastTurn(self.me, held, ahead, claimed.waits, joint.epoch, moved_now, situation))
         return StepResult(
             inputs, body, situation, claimed.progress, self._goal, joint, claimed.waits, heard.listens, halted.halt,
             face, self._inspector.leans_to, free_drive, moved_now, room, heard.threats, speaks,
             (*heard.events, *halted.events, *decision.events, *complaints),
-            docked=docking.drives and set(needs) <= set(claimed.progress.reservations.held),
+            docked=dock.drives and set(needs) <= set(claimed.progress.reservations.held),
         )  # fmt: skip
-
-    def _docking_cells(
-        self, progress: RouteProgress, here: int, wish: Wish, uncertainty: float, cells: CellMap
-    ) -> DockingCells:
-        """Return the cells beside its own that the robot needs to drive to its place, or from it back to its cell."""
-        goal, held = self._goal, progress.reservations.held
-        if goal.leaves is not None:
-            beside = goal.leaves.cells_beside(cells, self.settings, uncertainty)
-            return DockingCells(kept=tuple([cell for cell in beside if cell in held]))
-        if goal.dock is None or wish.goal != goal.wish or progress.head != goal.cell or goal.cell in progress.route:
-            return DockingCells()
-        beside = goal.dock.cells_beside(cells, self.settings, uncertainty)
-        if here != goal.cell and here not in beside:
-            return DockingCells()  # it is still on its way to the cell
-        others = self._peers.others
-        owners = {robot: cell for robot, record in others.items() for cell in beside if has_reserved(record, cell)}
-        if wish.done:
-            asked = any(not set(beside).isdisjoint(record.ahead) for record in others.values())
-            stays = set(beside) <= set(held) and not owners and not asked
-            return DockingCells(kept=beside if stays else (), drives=stays)
-        if owners and progress.route:
-            return DockingCells()  # a joint plan leads it on: who is in the way may wait for it
-        first = sorted(beside, key=lambda cell: (cell not in owners.values(), cell))
-        return DockingCells(wanted=tuple(first), owners=tuple(sorted(owners)), drives=True)
 
     def _wish(self, inputs: TrafficInputs, head: int, cells: CellMap) -> Wish:
         """Return where the robot wants to be: for a while aside, if it has long stood beside a mute robot."""

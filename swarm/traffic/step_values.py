@@ -41,12 +41,3 @@ class HaltResult(NamedTuple):
     progress: RouteProgress
     halt: ProtectiveStop
     events: tuple[TrafficNote, ...] = ()
-
-
-class DockingCells(NamedTuple):
-    """The cells beside its own cell that a robot needs between that cell and its place."""
-
-    wanted: tuple[int, ...] = ()  # all of them, while it still has to come there; those that others hold first
-    owners: tuple[str, ...] = ()  # robots that hold or claim some of them
-    kept: tuple[int, ...] = ()  # those that it keeps while it is there or drives back
-    drives: bool = False  # it is so near that it drives straight to its place, or stays there, once it holds them

@@ -2,56 +2,22 @@
 
 from dataclasses import replace
 from math import hypot
-from random import Random
 from typing import Any
 
 import msgspec
-import numpy as np
 import pytest
 
-from swarm.maps.occupancy import FREE, OccupancyMap, Point
+from benchmarks.floor import hall, mission_to_places
 from swarm.scenario.load import Scenario
-from swarm.scenario.prepare import settle_lattice
 from swarm.settings import LocalisationSettings
 from tests.shared import scenario_of
 from world.simulate import Simulation
-
-RADIUS, CLEAR = 0.2, 0.05  # m
 
 
 def assert_clean(report: dict[str, Any]) -> None:
     assert report["complete"], report["reason"]
     assert report["contacts"] == {"robot": 0, "wall": 0, "obstacle": 0}
     assert report["traffic"]["overlaps"] == report["traffic"]["outside"] == 0
-
-
-def free_places(floor: OccupancyMap, count: int, seed: int) -> list[Point]:
-    """Draw places where a body is clear of the drawn walls, whatever any lattice says [m]."""
-    random, side = Random(seed), floor.resolution
-    rows, columns = np.nonzero(np.pad(floor.cells != FREE, 1, constant_values=True))
-    found: list[Point] = []
-    while len(found) < count:
-        x, y = random.uniform(0, floor.shape[1] * side), random.uniform(0, floor.shape[0] * side)
-        across = np.maximum(np.maximum((columns - 1) * side - x, x - columns * side), 0)
-        up = np.maximum(np.maximum((rows - 1) * side - y, y - rows * side), 0)
-        if np.hypot(across, up).min() >= RADIUS + CLEAR:
-            found.append((round(x, 3), round(y, 3)))
-    return found
-
-
-def mission_to_places(scenario: Scenario, robots: int, each: int, reach: float, seed: int) -> Scenario:
-    """Return the scenario, on the lattice that it has with its own targets, with places drawn for each robot."""
-    settled = settle_lattice(scenario)
-    places = free_places(settled.map, robots * each, seed)
-    settings = msgspec.structs.replace(
-        settled.settings,
-        robots=robots,
-        reach=reach,
-        targets=[],
-        own_targets=[places[number * each : (number + 1) * each] for number in range(robots)],
-        return_home=False,
-    )
-    return replace(settled, settings=settings)
 
 
 @pytest.mark.parametrize(("robots", "reach", "seed"), [(1, 0.05, 12), (4, 0.1, 101), (4, 0.25, 102), (8, 0.1, 3)])
@@ -72,41 +38,16 @@ def test_a_robot_stands_on_its_place_to_3_cm(paper: Scenario) -> None:
         assert hypot(x - place[0], y - place[1]) <= 0.03
 
 
-def hall(width: float, length: float = 9.0) -> Scenario:
-    """Return two robots that change their places in a hall of ``width`` [m]."""
-    rows, columns = round(10 * width), round(10 * length)
-    text = "\n".join(["#" * (columns + 2), *["#" + "." * columns + "#"] * rows, "#" * (columns + 2)])
-    left, right = (1.0, 0.1 + width / 2), (length - 0.8, 0.1 + width / 2)
-    return scenario_of(
-        text,
-        map={"text": text, "cell": 0.1},
-        start={"poses": [[*left, 0.0], [*right, 3.1]]},
-        targets=[],
-        own_targets=[[right], [left]],
-        robots=2,
-        return_home=False,
-    )
-
-
 @pytest.mark.parametrize("width", [1.0, 1.2, 1.4, 1.6, 2.0])
 def test_two_robots_pass_where_two_bodies_fit_beside_each_other(width: float) -> None:
-    assert_clean(Simulation.of(hall(width), 2, 1).run(limit=250.0))
+    assert_clean(Simulation.of(hall(width, 2), 2, 1).run(limit=250.0))
 
 
 def test_they_pass_with_poses_that_are_3_cm_off() -> None:
     error = LocalisationSettings(error=0.03, yaw_error_deg=1.5)
-    scenario = hall(1.6)
+    scenario = hall(1.6, 2)
     settings = msgspec.structs.replace(scenario.settings, localisation=error)
     assert_clean(Simulation.of(replace(scenario, settings=settings), 2, 1).run(limit=250.0))
-
-
-NARROW = 0.9  # m; two bodies of 0.4 m and 5 cm on each side of both need 0.95 m
-
-
-def test_where_two_bodies_do_not_fit_it_is_proven_that_they_cannot_pass() -> None:
-    report = Simulation.of(hall(NARROW), 2, 1).run(limit=60.0)
-    assert not report["complete"]
-    assert sum(report["contacts"].values()) == 0
 
 
 SHUFFLE = "\n".join(["########", *["#......#"] * 6, "########"])

@@ -29,7 +29,7 @@ from swarm.robot.driving.safety import (
     SafetyFilter,
     WheelSpeeds,
 )
-from swarm.robot.driving.tables import Detour, Rollout, fuzzy_speeds, scale_of
+from swarm.robot.driving.tables import Detour, Rollout, fuzzy_speeds, must_drive_straight, scale_of
 from swarm.robot.ground import Block
 from swarm.robot.mission import targets_of_others
 from swarm.robot.sectors import sectors
@@ -229,7 +229,7 @@ class CellPilot:
                 self._detour.end()
                 return Driven(STAND, heading, scale, drawn_to, circles, target)
             within, heading, scale = 0.0, bearing(pose, self._cells.centre(granted.way[1])), SCALE.turning
-        if granted.docks and not granted.threats and PILOT.docks_straight < abs(heading):
+        if must_drive_straight(granted, self._settings.reach) and PILOT.docks_straight < abs(heading):
             self._detour.end()
             return Driven(self._filter.face(body, heading), heading, scale, drawn_to, circles, target)
         constraints = clear._replace(stop_within=within, slowly=granted.looks, may_drive=granted.may_drive)

@@ -36,6 +36,17 @@ def fuzzy_speeds(
     return left * robot.speed_scale, right * robot.speed_scale
 
 
+def must_drive_straight(granted: TrafficOutputs, reach: float) -> bool:
+    """Return True if the tables could drive round the robot's place for ever: their circle is wider than ``reach`` [m].
+
+    It turns on the spot first, then.
+    """
+    if granted.threats:
+        return False
+    in_cell = len(granted.held) == 1 and granted.exactly and not granted.looks
+    return granted.docks or (in_cell and reach < PILOT.circle)
+
+
 def scale_of(granted: TrafficOutputs, room: float, heading: float, nowhere: float) -> float:
     """Return the scale of the sensed distances for a granted ``room`` [m] and a ``heading`` error [rad].
 

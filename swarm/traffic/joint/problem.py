@@ -144,9 +144,7 @@ def problem_of(
     vias = _shared_targets(everybody, in_the_way, cells) if relaxation.through else {}
     wishes = {robot: member.then if robot in vias else member.goal for robot, member in everybody.items()}
     since = {robot: member.moved for robot, member in everybody.items()}
-    goals = assign_goals(
-        cells, heads, wishes, in_the_way, since, done, idle, relaxation.aside, _docking_cells(everybody)
-    )
+    goals = assign_goals(cells, heads, wishes, in_the_way, since, done, idle, relaxation.aside, _dock_cells(everybody))
     # nobody leaves its place for robots that only go back to theirs
     resting = (
         set()
@@ -174,7 +172,7 @@ def problem_of(
     )
 
 
-def _docking_cells(everybody: Mapping[str, Member]) -> frozenset[int]:
+def _dock_cells(everybody: Mapping[str, Member]) -> frozenset[int]:
     """Return the cells beside their own that robots need at their stops.
 
     Where two are in each other's way, they are those of the one that has had its stop for longer.

@@ -1,7 +1,7 @@
 """The cells of a scenario: the same for every robot and for the world that watches them."""
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from itertools import combinations
@@ -9,14 +9,14 @@ from math import ceil, inf, isclose, log
 from typing import Any, Final
 
 import msgspec
-import numpy as np
 
 from swarm.errors import ConfigError
 from swarm.geometry import distance, poses_on_circle
-from swarm.maps.occupancy import FREE, OccupancyMap, Point
+from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.settings import Settings
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
-from swarm.traffic.lattice.docking import find_dock, missed_distance
+from swarm.traffic.lattice.dock import find_dock, gap_to_place
+from swarm.traffic.lattice.offset import PHASES, best_offset
 from swarm.traffic.settings import LEAST_CLAIM, TrafficConstants
 
 # side of a cell if the scenario gives none: at 6 radii a robot turns in it under the paper's controller; the last two
@@ -28,7 +28,6 @@ CROWDED: Final = 0.75  # share of the cells that robots fill, above which smalle
 # radii; a map whose squares are of such a side is its own lattice, which loses no floor
 OWN: Final[tuple[float, ...]] = (4.0, 10.0)
 ALIKE: Final = 1e-6  # share by which two lengths may differ that are meant to be the same: 6 x 0.2 m is not 1.2 m
-PHASES: Final = 4  # lattice offsets tried along each axis
 OFF_LINE: Final = 0.05  # m, how far a robot may stray from the line between two cells
 # Two robots that each take the other for silent may both take a cell. A lossy radio needs more broadcasts.
 DEAF: Final = 3e-4  # chance that all these broadcasts are lost in one direction; in both directions: its square
@@ -122,7 +121,7 @@ def _offset_for(settings: Settings, floor: OccupancyMap, side: float, *, by_dock
         side=side,
         radius=settings.robot.radius + OFF_LINE,
         missed=lambda cells: (
-            _count_missed_stops(cells, settings, by_docks=by_docks) + _count_shared_starts(cells, settings)
+            _count_stops_out_of_reach(cells, settings, by_docks=by_docks) + _count_shared_starts(cells, settings)
         ),
         centred=by_docks or side <= (LANES + ALIKE) * settings.robot.radius,
     )
@@ -170,8 +169,8 @@ def _stops(settings: Settings) -> list[Point]:
     return stops + ([pose[:2] for pose in settings.start.poses or ()] if settings.return_home else [])
 
 
-def _count_missed_stops(cells: CellMap, settings: Settings, *, by_docks: bool = False) -> int:
-    away = distance_to_stop if by_docks else missed_stop
+def _count_stops_out_of_reach(cells: CellMap, settings: Settings, *, by_docks: bool = False) -> int:
+    away = distance_to_stop if by_docks else gap_to_stop
     return sum(away(cells, stop, settings) > settings.reach for stop in _stops(settings))
 
 
@@ -181,7 +180,7 @@ def _can_reach_all_stops(cells: CellMap, settings: Settings, *, by_docks: bool =
     if constants.claim_radius < LEAST_CLAIM * cells.side:
         return False
     docks = [find_dock(cells, stop, constants) if by_docks else None for stop in _stops(settings)]
-    missed = [missed_stop(cells, stop, settings) > settings.reach for stop in _stops(settings)]
+    missed = [gap_to_stop(cells, stop, settings) > settings.reach for stop in _stops(settings)]
     if any(far and dock is None for far, dock in zip(missed, docks, strict=True)):
         return False
     joined = [
@@ -198,7 +197,7 @@ def _can_reach_all_stops(cells: CellMap, settings: Settings, *, by_docks: bool =
     return len(pieces) <= 1 and OUTSIDE not in pieces
 
 
-def _known_starts(settings: Settings) -> list[Point]:
+def _start_places(settings: Settings) -> list[Point]:
     """List the places where robots start [m] that are known before the start poses are drawn."""
     if settings.start.circle is not None:
         return [pose[:2] for pose in poses_on_circle(*settings.start.circle, settings.robots)]
@@ -209,7 +208,7 @@ def _count_shared_starts(cells: CellMap, settings: Settings) -> int:
     """Count the cells into which more than one robot reaches at its start: each would hold it."""
     body = settings.robot.radius + traffic_settings(settings).margin
     under = Counter(
-        cell for place in _known_starts(settings) for cell in cells.cells_under_disc(*place, body) if cell != OUTSIDE
+        cell for place in _start_places(settings) for cell in cells.cells_under_disc(*place, body) if cell != OUTSIDE
     )
     return sum(count > 1 for count in under.values())
 
@@ -221,7 +220,7 @@ def _has_room_to_pass(cells: CellMap, settings: Settings) -> bool:
     """
     if settings.robots < 2:
         return True
-    known = {cells.pieces[cells.nearest_standable(*place)] for place in (*_known_starts(settings), *_stops(settings))}
+    known = {cells.pieces[cells.nearest_standable(*place)] for place in (*_start_places(settings), *_stops(settings))}
     used = [cell for cell in range(len(cells)) if cells.stands[cell] and (not known or cells.pieces[cell] in known)]
     if settings.robots > CROWDED * len(used):
         return False
@@ -264,15 +263,15 @@ def comes_near(cells: CellMap, here: Point, there: Point, settings: Settings) ->
 
 def distance_to_stop(cells: CellMap, stop: Point, settings: Settings) -> float:
     """Return how far from a stop [m] a robot stands at most; inf if there is no cell. 0: it drives straight there."""
-    missed = missed_stop(cells, stop, settings)
+    missed = gap_to_stop(cells, stop, settings)
     docks = missed > settings.reach and find_dock(cells, stop, traffic_settings(settings)) is not None
     return 0.0 if docks else missed
 
 
-def missed_stop(cells: CellMap, stop: Point, settings: Settings) -> float:
+def gap_to_stop(cells: CellMap, stop: Point, settings: Settings) -> float:
     """Return how far from a stop [m] a robot stands that keeps to the cell of the stop; inf if there is no cell."""
     cell = cells.nearest_standable(*stop)
-    return inf if cell == OUTSIDE else missed_distance(cells, cell, stop, traffic_settings(settings))
+    return inf if cell == OUTSIDE else gap_to_place(cells, cell, stop, traffic_settings(settings))
 
 
 @lru_cache(maxsize=4)
@@ -285,43 +284,6 @@ def build_lattice(floor: OccupancyMap, side: float, fits: float, offset: Point |
 def _lean_room(settings: Settings) -> float | None:
     """Return the room [m] that a robot keeps when it leans round corners; None if walls do not stop the radio."""
     return traffic_settings(settings).leaning_room if settings.radio.line_of_sight else None
-
-
-def best_offset(
-    occupancy: OccupancyMap,
-    *,
-    side: float,
-    radius: float,
-    missed: Callable[[CellMap], int] = lambda cells: 0,
-    centred: bool = False,
-) -> Point:
-    """Return the lattice offset [m] that leaves most of the floor in one piece, misses least, then joins most cells.
-
-    Walls rarely fit a lattice: shifting it by part of a cell opens doors. The offset 0 wins ties. If ``centred``, an
-    offset is tried too at which as many rows as fit lie in the middle of the free floor: two lanes in a hall.
-    """
-
-    def worth(offset: Point) -> tuple[float, int, int]:
-        cells = CellMap(occupancy, side=side, radius=radius, offset=offset)
-        sizes = Counter(piece for piece, stands in zip(cells.pieces, cells.stands, strict=False) if stands).values()
-        together = sum(size * size for size in sizes) / max(1, sum(sizes)) ** 2
-        return round(together, 2), -missed(cells), sum(map(len, cells.neighbours))
-
-    shifts = [-k * side / PHASES for k in range(PHASES)]
-    across, up = (_centred_shifts(occupancy, axis, side, radius) if centred else [] for axis in (1, 0))
-    return max(((x, y) for y in (*shifts, *up) for x in (*shifts, *across)), key=worth)
-
-
-def _centred_shifts(occupancy: OccupancyMap, axis: int, side: float, radius: float) -> list[float]:
-    """Return the shift along an axis [m] that centres as many cells as fit on the free floor; [] if none fits."""
-    free = np.flatnonzero((occupancy.cells == FREE).any(axis=1 - axis))
-    if not len(free):
-        return []
-    low, high = int(free[0]) * occupancy.resolution, (int(free[-1]) + 1) * occupancy.resolution
-    if high - low < 2 * radius:
-        return []
-    count = int((high - low - 2 * radius) / side + ALIKE) + 1
-    return [((low + high - count * side) / 2) % side - side]
 
 
 def traffic_settings(settings: Settings) -> TrafficConstants:

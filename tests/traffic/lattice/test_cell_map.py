@@ -13,7 +13,7 @@ from swarm.maps.occupancy import OccupancyMap
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
 from swarm.traffic.lattice.discs import OPEN, compute_flags
 from swarm.traffic.lattice.distances import FAR
-from swarm.traffic.lattice.placement import best_offset
+from swarm.traffic.lattice.offset import best_offset
 from swarm.traffic.own_route import find_own_way
 from tests.traffic.maps import BAY, SIDE, Drawn
 

@@ -15,11 +15,11 @@ from swarm.maps.occupancy import FREE, UNKNOWN, WALL, OccupancyMap, Point
 from swarm.settings import MapSettings, RadioSettings, Settings, StartSettings
 from swarm.settings import TrafficSettings as LatticeSettings
 from swarm.traffic.lattice.cell_map import CellMap
+from swarm.traffic.lattice.offset import best_offset
 from swarm.traffic.lattice.placement import (
     DEAF,
     LOSSY,
     UNHEARD,
-    best_offset,
     cells_of,
     cells_of_learned_floor,
     cells_within,

@@ -63,7 +63,7 @@ def find_dock(
     here = cells.cell_of(*place)
     if here == OUTSIDE:
         return None
-    if cells.stands[here] and can_use(here) and missed_distance(cells, here, place, settings) <= settings.reach:
+    if cells.stands[here] and can_use(here) and gap_to_place(cells, here, place, settings) <= settings.reach:
         return None
     near = [cell for cell in cells.cells_around(here, 1) if cells.stands[cell] and can_use(cell)]
 
@@ -78,6 +78,6 @@ def find_dock(
     return None
 
 
-def missed_distance(cells: CellMap, cell: int, place: Point, settings: TrafficConstants) -> float:
+def gap_to_place(cells: CellMap, cell: int, place: Point, settings: TrafficConstants) -> float:
     """Return how far from a place [m] a robot stands at most that keeps to one cell."""
     return distance(cells.move_inside(cell, place, settings.standing_room), place) + NEAR

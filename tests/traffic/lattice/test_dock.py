@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from swarm.maps.occupancy import FREE, WALL, OccupancyMap, Point
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
-from swarm.traffic.lattice.docking import Dock, find_dock, missed_distance
+from swarm.traffic.lattice.dock import Dock, find_dock, gap_to_place
 from swarm.traffic.settings import TrafficConstants
 
 FINE, WIDE, HIGH = 0.1, 6.0, 4.8  # m
@@ -43,7 +43,7 @@ def test_a_robot_comes_to_every_free_place_of_a_room_within_cells_that_it_can_ho
     assume(cells.cell_of(*place) != OUTSIDE)  # a lattice may end up to half a cell before the map does
     dock = find_dock(cells, place, EXACT)
     if dock is None:
-        assert missed_distance(cells, cells.cell_of(*place), place, EXACT) <= EXACT.reach
+        assert gap_to_place(cells, cells.cell_of(*place), place, EXACT) <= EXACT.reach
         return
     held = {dock.cell, *dock.cells_beside(cells, EXACT)}
     (x0, y0), (x1, y1) = cells.centre(dock.cell), place
@@ -82,7 +82,7 @@ def test_no_robot_drives_straight_through_a_wall(name: str) -> None:
         return cells.centre(cell)[0] < BETWEEN[0]
 
     dock = find_dock(cells, place, EXACT, is_left)
-    inside = is_left(cells.cell_of(*place)) and missed_distance(cells, cells.cell_of(*place), place, EXACT) <= 0.05
+    inside = is_left(cells.cell_of(*place)) and gap_to_place(cells, cells.cell_of(*place), place, EXACT) <= 0.05
     assert (dock is not None or inside) == seen
     assert dock is None or is_left(dock.cell)
 

@@ -1,0 +1,194 @@
+"""Any place on the floor, and halls that are two robots wide: ``python -m benchmarks.floor [--seeds N] [--start A]``.
+
+Three tables: how many random free places a fleet refuses as a stop; missions to such places, against the same missions
+with a reach of 0.4 m; and robots head on in halls, against one robot alone. Places and halls know no lattice: a body
+with 5 cm around it is clear of the drawn walls.
+"""
+
+import argparse
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
+from pathlib import Path
+from random import Random
+from statistics import mean
+from typing import Any, Final, NamedTuple
+
+import msgspec
+import numpy as np
+
+from benchmarks.measure import load as load_of_machine
+from swarm.fuzzy import load_profile
+from swarm.geometry import from_frame
+from swarm.maps.occupancy import FREE, OccupancyMap, Point
+from swarm.maps.text import from_text
+from swarm.scenario.load import Scenario, check_values, load
+from swarm.scenario.prepare import prepare, settle_lattice
+from swarm.traffic.lattice.placement import cells_of, gap_to_stop
+from world.simulate import Simulation
+from world.tasks.reachable import Reachable
+
+ROOT: Final = Path(__file__).parents[1]
+CLEAR: Final = 0.05  # m, between a body at its place and the walls
+MAPS: Final = ("paper", "office", "depot", "box", "unknown")
+PLACES: Final = 300
+EACH: Final = 3  # places of a robot
+REACHES: Final = (0.25, 0.1, 0.05)  # m
+WIDE: Final = 0.4  # m, the reach to compare with
+FLEETS: Final = (("paper", 4), ("paper", 8), ("office", 4), ("office", 8))
+WIDTHS: Final = (1.0, 1.2, 1.4, 1.6, 2.0, 2.4)  # m
+LENGTH: Final = 12.0  # m, of a hall
+FINE: Final = 0.1  # m, of the squares in which a hall is drawn
+END: Final = 0.8  # m, from a hall's end to the first robot
+APART: Final = 1.0  # m, from one robot to the next behind it
+LIMIT: Final = 400.0  # s, simulated
+
+
+class Row(NamedTuple):
+    """What some runs came to."""
+
+    complete: int
+    runs: int
+    contacts: int
+    overlaps: int
+    outside: int
+    time: float  # s, of those that are complete; nan: none
+    tables: float
+
+
+def free_places(floor: OccupancyMap, radius: float, count: int, seed: int) -> list[Point]:
+    """Draw places [m, map frame] where a body of ``radius`` [m] is clear of the drawn walls by 5 cm."""
+    random, side = Random(seed), floor.resolution
+    rows, columns = np.nonzero(np.pad(floor.cells != FREE, 1, constant_values=True))
+    found: list[Point] = []
+    while len(found) < count:
+        x, y = random.uniform(0, floor.shape[1] * side), random.uniform(0, floor.shape[0] * side)
+        across = np.maximum(np.maximum((columns - 1) * side - x, x - columns * side), 0)
+        up = np.maximum(np.maximum((rows - 1) * side - y, y - rows * side), 0)
+        if np.hypot(across, up).min() >= radius + CLEAR:
+            at = from_frame(floor.origin, x, y)
+            found.append((round(at[0], 3), round(at[1], 3)))
+    return found
+
+
+def mission_to_places(scenario: Scenario, robots: int, each: int, reach: float, seed: int) -> Scenario:
+    """Return the scenario on the lattice that it has with its own targets, with ``each`` places for each robot."""
+    settled = settle_lattice(scenario)
+    places = free_places(settled.map, settled.settings.robot.radius, robots * each, seed)
+    settings = msgspec.structs.replace(
+        settled.settings,
+        robots=robots,
+        reach=reach,
+        targets=[],
+        own_targets=[places[number * each : (number + 1) * each] for number in range(robots)],
+        return_home=False,
+    )
+    return replace(settled, settings=settings)
+
+
+def hall(width: float, robots: int) -> Scenario:
+    """Return a hall of ``width`` [m], through which robots from both ends drive to the other; or one robot alone."""
+    rows, columns = round(width / FINE), round(LENGTH / FINE)
+    text = "\n".join(["#" * (columns + 2), *["#" + "." * columns + "#"] * rows, "#" * (columns + 2)])
+    middle, right = FINE + width / 2, robots // 2
+    west = [(FINE + END + APART * number, middle) for number in range(robots - right)]
+    east = [(FINE + LENGTH - END - APART * number, middle) for number in range(max(1, right))]
+    ends = [*((*east, *east)[: len(west)]), *west[:right]] if right else east[:1]
+    poses = [[*place, 0.0] for place in west] + [[*place, 3.1] for place in east[:right]]
+    raw = {
+        "name": f"hall_{width:g}",
+        "map": {"text": text, "cell": FINE},
+        "start": {"poses": poses},
+        "own_targets": [[list(place)] for place in ends],
+        "robots": robots,
+        "return_home": False,
+    }
+    settings = check_values(raw, f"hall {width:g} m")
+    return settle_lattice(Scenario(settings, from_text(text, FINE), load_profile("paper")))
+
+
+def drive(scenario: Scenario, robots: int, seed: int) -> dict[str, Any]:
+    """Return the report of a run."""
+    return Simulation.of(scenario, robots, seed).run(limit=LIMIT)
+
+
+def drive_to_places(name: str, robots: int, reach: float, seed: int) -> dict[str, Any]:
+    """Return the report of a mission to random places."""
+    scenario = load(ROOT / "scenarios" / f"{name}.yaml")
+    return drive(mission_to_places(scenario, robots, EACH, reach, seed), robots, seed)
+
+
+def drive_through_hall(width: float, robots: int, seed: int) -> dict[str, Any]:
+    """Return the report of robots head on in a hall."""
+    return drive(hall(width, robots), robots, seed)
+
+
+def count_refused(name: str, reach: float, seed: int) -> tuple[int, int]:
+    """Return how many of the places are refused as a stop, and how many no robot reaches inside one cell."""
+    scenario, starts = (
+        (prepared := prepare(load(ROOT / "scenarios" / f"{name}.yaml"), 4, seed)).scenario,
+        prepared.starts,
+    )
+    settings = msgspec.structs.replace(scenario.settings, reach=reach)
+    cells, floor = cells_of(scenario.map, settings), scenario.map
+    places = free_places(floor, settings.robot.radius, PLACES, seed)
+    stops = Reachable(settings, floor, cells)
+    refused = sum(bool(stops.wrong("r1", starts[0][:2], place)) for place in places)
+    return refused, sum(gap_to_stop(cells, place, settings) > reach for place in places)
+
+
+def row_of(reports: list[dict[str, Any]]) -> Row:
+    """Return what some runs came to."""
+    times = [report["sim_time"] for report in reports if report["complete"]]
+    return Row(
+        len(times),
+        len(reports),
+        sum(sum(report["contacts"].values()) for report in reports),
+        sum(report["traffic"]["overlaps"] for report in reports),
+        sum(report["traffic"]["outside"] for report in reports),
+        mean(times) if times else float("nan"),
+        mean(report["steering"]["angle"]["tables"] for report in reports),
+    )
+
+
+def text_of(row: Row, against: float) -> str:
+    """Return the cells of a table that all tables of runs share."""
+    return (
+        f"| {row.complete} of {row.runs} | {row.contacts} | {row.overlaps}; {row.outside} "
+        f"| {row.time:.0f} | {row.time / against:.2f} | {row.tables:.2f} |"
+    )
+
+
+def main() -> None:
+    """Print the tables."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seeds", type=int, default=10)
+    parser.add_argument("--start", type=int, default=9001, help="first seed")
+    options = parser.parse_args()
+    seeds = range(options.start, options.start + options.seeds)
+    print(f"load {load_of_machine()}, seeds {seeds[0]} to {seeds[-1]}\n")
+    with ProcessPoolExecutor() as pool:
+        print("| map | reach [m] | refused | not reached inside one cell |\n|---|---|---|---|")
+        for name in MAPS:
+            found = list(pool.map(count_refused, [name] * len(REACHES), REACHES, [seeds[0]] * len(REACHES)))
+            for reach, (refused, outside) in zip(REACHES, found, strict=True):
+                print(f"| {name} | {reach:g} | {refused} of {PLACES} | {outside} of {PLACES} |", flush=True)
+        head = "complete | contacts | two owners; outside | time [s] | times that at {} | tables |"
+        print(f"\n| fleet | reach [m] | {head.format('0.4 m')}\n|---|---|---|---|---|---|---|---|")
+        for name, robots in FLEETS:
+            wide = 0.0
+            for reach in (WIDE, *REACHES):
+                many = len(seeds)
+                row = row_of(list(pool.map(drive_to_places, [name] * many, [robots] * many, [reach] * many, seeds)))
+                wide = wide or row.time
+                print(f"| {name} {robots} | {reach:g} {text_of(row, wide)}", flush=True)
+        print(f"\n| hall [m] | robots | {head.format('one robot alone')}\n|---|---|---|---|---|---|---|---|")
+        for width in WIDTHS:
+            alone = 0.0
+            for robots in (1, 2, 4, 6):
+                row = row_of(list(pool.map(drive_through_hall, [width] * 3, [robots] * 3, seeds[:3])))
+                alone = alone or row.time
+                print(f"| {width:g} | {robots} {text_of(row, alone)}", flush=True)
+
+
+if __name__ == "__main__":
+    main()
