@@ -51,7 +51,8 @@ class Row(NamedTuple):
     contacts: int
     overlaps: int
     outside: int
-    time: float  # s, of those that are complete; nan: none
+    time: float  # s until the last arrival, of those that are complete; nan: none
+    settling: float  # s after that, until those that made room are back at their places
     tables: float
 
 
@@ -138,7 +139,8 @@ def count_refused(name: str, reach: float, seed: int) -> tuple[int, int]:
 
 def row_of(reports: list[dict[str, Any]]) -> Row:
     """Return what some runs came to."""
-    times = [report["sim_time"] for report in reports if report["complete"]]
+    arrivals = [(one["sim_time"], one["traffic"]["settling"]) for one in reports if one["complete"]]
+    times = [time - settling for time, settling in arrivals]
     return Row(
         len(times),
         len(reports),
@@ -146,6 +148,7 @@ def row_of(reports: list[dict[str, Any]]) -> Row:
         sum(report["traffic"]["overlaps"] for report in reports),
         sum(report["traffic"]["outside"] for report in reports),
         mean(times) if times else float("nan"),
+        mean(settling for _, settling in arrivals) if times else float("nan"),
         mean(report["steering"]["angle"]["tables"] for report in reports),
     )
 
@@ -154,7 +157,7 @@ def text_of(row: Row, against: float) -> str:
     """Return the cells of a table that all tables of runs share."""
     return (
         f"| {row.complete} of {row.runs} | {row.contacts} | {row.overlaps}; {row.outside} "
-        f"| {row.time:.0f} | {row.time / against:.2f} | {row.tables:.2f} |"
+        f"| {row.time:.0f} | {row.time / against:.2f} | {row.settling:.0f} | {row.tables:.2f} |"
     )
 
 
@@ -172,8 +175,8 @@ def main() -> None:
             found = list(pool.map(count_refused, [name] * len(REACHES), REACHES, [seeds[0]] * len(REACHES)))
             for reach, (refused, outside) in zip(REACHES, found, strict=True):
                 print(f"| {name} | {reach:g} | {refused} of {PLACES} | {outside} of {PLACES} |", flush=True)
-        head = "complete | contacts | two owners; outside | time [s] | times that at {} | tables |"
-        print(f"\n| fleet | reach [m] | {head.format('0.4 m')}\n|---|---|---|---|---|---|---|---|")
+        head = "complete | contacts | two owners; outside | time [s] | times that at {} | settling [s] | tables |"
+        print(f"\n| fleet | reach [m] | {head.format('0.4 m')}\n|---|---|---|---|---|---|---|---|---|")
         for name, robots in FLEETS:
             wide = 0.0
             for reach in (WIDE, *REACHES):
@@ -181,7 +184,7 @@ def main() -> None:
                 row = row_of(list(pool.map(drive_to_places, [name] * many, [robots] * many, [reach] * many, seeds)))
                 wide = wide or row.time
                 print(f"| {name} {robots} | {reach:g} {text_of(row, wide)}", flush=True)
-        print(f"\n| hall [m] | robots | {head.format('one robot alone')}\n|---|---|---|---|---|---|---|---|")
+        print(f"\n| hall [m] | robots | {head.format('one robot alone')}\n|---|---|---|---|---|---|---|---|---|")
         for width in WIDTHS:
             alone = 0.0
             for robots in (1, 2, 4, 6):

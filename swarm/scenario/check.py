@@ -135,7 +135,7 @@ def _within_cells(scenario: Scenario, poses: list[Pose], grid: Grid) -> None:
     """Check that a robot inside its cells gets near enough to each stop, and that the radio range suits the cells.
 
     Raises:
-        ConfigError: a stop is at a cell's edge or cut off, robots that claim one cell cannot hear each other, or two
+        ConfigError: a stop is at a wall or cut off, robots that claim one cell cannot hear each other, or two
             robots start in one cell.
     """
     settings = scenario.settings
@@ -156,9 +156,8 @@ def _within_cells(scenario: Scenario, poses: list[Pose], grid: Grid) -> None:
     for where, here, there in _ways_between_stops(scenario, poses, grid):
         if (short := distance_to_stop(cells, there, settings)) > settings.reach:
             raise ConfigError(
-                f"{where}: expected a place that "
-                f"is reached within {settings.reach:g} m from inside its cell of {cells.side:g} m, got one "
-                f"{short:.2f} m off; {_nearest(cells, there, settings)}"
+                f"{where}: expected a place that a robot comes within {settings.reach:g} m of, got one at a wall or "
+                f"behind a corner: it has to stay {short:.2f} m away from it; {_nearest(cells, there, settings)}"
             )
         if not comes_near(cells, here, there, settings):
             raise ConfigError(

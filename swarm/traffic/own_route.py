@@ -68,6 +68,9 @@ class GoalCell:
             body.cell == self.leaves.cell or self.leaves.cell not in progress.reservations.held
         ):
             self.leaves = None
+        sent_off = self.dock is not None and progress.head != self.dock.cell and progress.has_strayed(body.cell)
+        if sent_off and self.leaves is None and self.dock is not None and self.dock.cell in progress.reservations.held:
+            self.leaves = self.dock
         if wish is None:
             if self.wish is not None or self.cell == OUTSIDE:
                 self.cell = progress.head
@@ -145,7 +148,7 @@ def cells_at_dock(
         return DockCells()  # it is still on its way to the cell
     owners = {robot: cell for robot, record in others.items() for cell in beside if has_reserved(record, cell)}
     if wish.done:
-        is_asked = any(not set(beside).isdisjoint(record.ahead) for record in others.values())
+        is_asked = any(not {goal.cell, *beside}.isdisjoint(record.ahead) for record in others.values())
         stays = set(beside) <= set(held) and not owners and not is_asked
         return DockCells(kept=beside if stays else (), drives=stays)
     if owners and progress.route:

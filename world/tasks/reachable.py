@@ -41,7 +41,7 @@ class Reachable:
         settings = self._settings
         if (short := distance_to_stop(self._cells, there, settings)) > settings.reach:
             how = "no place there to stand" if short == inf else f"it has to stay {short:.2f} m away from it"
-            where = "at a wall or at the corner of traffic cells"
+            where = "at a wall or behind a corner"
             return f"expected a place that {name} comes within {settings.reach:g} m of, got one {where}: {how}"
         if not comes_near(self._cells, here, there, settings):
             return f"expected a place that {name} can reach, found no way"

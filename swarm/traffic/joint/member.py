@@ -26,7 +26,7 @@ from swarm.traffic.joint.states import (
     WakeUp,
 )
 from swarm.traffic.peers.records import TrafficNote
-from swarm.traffic.peers.situation import Situation
+from swarm.traffic.peers.situation import Situation, cells_needed_at_stop
 from swarm.traffic.reservations.route import list_shut_joins
 from swarm.traffic.settings import TrafficConstants
 
@@ -65,8 +65,9 @@ def reason_to_ask(own: BroadcastTurn, settings: TrafficConstants) -> str | None:
         record = situation.fresh.get(robot)
         if record is None or record.frozen is not None or record.stands:
             continue
-        if own.epoch is not None and record.epoch == own.epoch and not situation.docking:
-            continue  # it follows the same plan, which both have not driven to its end
+        stays = bool(situation.docking) and (not record.ahead or bool(cells_needed_at_stop(record)))
+        if own.epoch is not None and record.epoch == own.epoch and not stays:
+            continue  # it follows the same plan
         if own.ahead[0] in record.held and _is_at_rest(record, situation.tick, settings):
             return "rest"
         if record.ahead and own.ahead[0] in record.held and record.ahead[0] in own.held:

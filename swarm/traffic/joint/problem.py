@@ -14,7 +14,7 @@ from swarm.messages.traffic import Epoch, Record
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
 from swarm.traffic.lattice.distances import FAR
 from swarm.traffic.mapf.planner import Budget, JointSearch
-from swarm.traffic.peers.situation import Situation
+from swarm.traffic.peers.situation import Situation, cells_needed_at_stop
 from swarm.traffic.settings import TrafficConstants
 
 
@@ -122,7 +122,7 @@ def members_of(epoch: Epoch, me: str, situation: Situation) -> dict[str, Member]
             head = record.held[-1]
             members[robot] = Member(
                 head, record.goal, record.idle, record.done, record.moved, record.wants, record.then,
-                record.ahead if head == record.goal and not (record.done or record.idle) else (),
+                cells_needed_at_stop(record),
             )  # fmt: skip
     return members
 

@@ -8,7 +8,7 @@ from swarm.messages.traffic import Collect, Entry, Epoch, JointPlan, Record, Ref
 from swarm.traffic.joint.problem import Problem
 from swarm.traffic.mapf.planner import JointSearch, SearchResult
 from swarm.traffic.peers.records import TrafficNote
-from swarm.traffic.peers.situation import Situation
+from swarm.traffic.peers.situation import Situation, cells_needed_at_stop
 from swarm.traffic.reservations.route import Join, RouteProgress
 from swarm.traffic.settings import TrafficConstants
 
@@ -145,9 +145,13 @@ class FollowedPlan(NamedTuple):
         return False
 
     def is_waited_for(self, leaves: Collection[int], situation: Situation) -> bool:
-        """Return True if a member has claimed a cell that this robot is about to leave."""
+        """Return True if a member has claimed a cell that this robot is about to leave, or needs it at its stop."""
         return any(
-            robot in self.plan.ways and any(claim.cell in leaves for claim in record.claims)
+            robot in self.plan.ways
+            and (
+                any(claim.cell in leaves for claim in record.claims)
+                or any(cell in leaves for cell in cells_needed_at_stop(record))
+            )
             for robot, record in situation.fresh.items()
         )
 

@@ -8,6 +8,12 @@ from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
 from swarm.traffic.peers.sightings import Cleared
 
 
+def cells_needed_at_stop(record: Record) -> tuple[int, ...]:
+    """Return the cells beside its own that a robot needs at its stop, where it stands; () elsewhere."""
+    here = bool(record.held) and record.held[-1] == record.goal and record.then == OUTSIDE
+    return record.ahead if here and not (record.done or record.idle) and record.goal not in record.ahead else ()
+
+
 class Situation(NamedTuple):
     """Where the robot stands, where it wants to be, and what the others last said."""
 

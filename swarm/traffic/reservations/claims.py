@@ -13,7 +13,7 @@ from swarm.geometry import Pose, distance
 from swarm.messages.traffic import Claim, Record
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
 from swarm.traffic.peers.sightings import has_reserved
-from swarm.traffic.peers.situation import Situation
+from swarm.traffic.peers.situation import Situation, cells_needed_at_stop
 from swarm.traffic.reservations.route import BESIDE, Footprint, RouteProgress
 from swarm.traffic.reservations.rules import ASK, TAKE, ClaimCase, find_violated_rule
 from swarm.traffic.settings import LEANS, TrafficConstants
@@ -155,6 +155,8 @@ class CellClaimer:
                 return progress, ()
             if self.settings.in_sight and not self._would_be_heard(progress.head, cell, pose, situation.cells):
                 return progress, ()
+            if at_stop := _robots_at_stop(cell, progress, situation):
+                return progress, at_stop if ahead == 0 else ()
             case = self._case(Claim(cell, progress.reservations.number, situation.tick), progress, situation, NOBODY)
             against = find_violated_rule(ASK, case)
             if against is not None and not (ahead == 0 and self._queues(against, case, situation)):
@@ -205,6 +207,19 @@ class CellClaimer:
             return owners
         ack = (self.me, case.claim.number)
         return tuple([robot for robot in sorted(case.near) if ack not in case.others[robot].acks])
+
+
+def _robots_at_stop(cell: int, progress: RouteProgress, situation: Situation) -> tuple[str, ...]:
+    """Return the robots that stand at their stops and need a cell: nobody enters it before they have been there.
+
+    Who holds a cell that such a robot needs must be able to leave, so it may enter others.
+    """
+    found = []
+    for robot, record in situation.fresh.items():
+        needed = cells_needed_at_stop(record)
+        if cell in needed and not any(held in needed for held in progress.reservations.held):
+            found.append(robot)
+    return tuple(found)
 
 
 def list_room_cells(
