@@ -37,7 +37,7 @@ def check(scenario: Scenario, robots: int, seed: int) -> Prepared:
         ConfigError: the mission cannot be driven; the text names the first reason.
     """
     _affordable(scenario, robots)
-    scenario = settle_lattice(scenario)
+    scenario = settle_lattice(scenario, robots)
     settings, grid = scenario.settings, planning_grid(scenario)
     if settings.own_targets and robots > len(settings.own_targets):
         raise ConfigError(

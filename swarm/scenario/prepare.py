@@ -30,13 +30,16 @@ def prepare(scenario: Scenario, robots: int, seed: int) -> Prepared:
     Raises:
         ConfigError: fewer poses are listed than robots, or the area has no room for so many robots.
     """
-    scenario = settle_lattice(scenario)
+    scenario = settle_lattice(scenario, robots)
     return Prepared(scenario, planning_grid(scenario), starts(scenario, robots, seed))
 
 
-def settle_lattice(scenario: Scenario) -> Scenario:
-    """Return the scenario with the position of its lattice in its settings; a position that is set already stays."""
-    return replace(scenario, settings=with_lattice(scenario.settings, scenario.map))
+def settle_lattice(scenario: Scenario, robots: int | None = None) -> Scenario:
+    """Return the scenario with the position of its lattice in its settings; a position that is set already stays.
+
+    ``robots`` is how many drive, by default those of the scenario.
+    """
+    return replace(scenario, settings=with_lattice(scenario.settings, scenario.map, robots))
 
 
 def check_grid_size(floor: OccupancyMap) -> None:

@@ -145,6 +145,8 @@ def waypoints(
         points[-1] = goal.place(goal.wish, settings.standing_room + spare, cells)
     elif progress.route and not result.free_drive and is_bound_for_edge(result, settings):
         points.append(cells.leaning_point(progress.head, progress.route[0], settings.leaning_room + spare))
+    elif result.situation.docking and must_reach_point(result, settings):
+        points[-1] = cells.centre(progress.head)  # it looks into the cells of silent robots from there
     elif not progress.route and progress.head == goal.cell and goal.wish is not None:
         points[-1] = goal.place(goal.wish, settings.standing_room + spare, cells)
     return tuple(points)
@@ -162,7 +164,7 @@ def is_bound_for_edge(result: StepResult, settings: TrafficConstants) -> bool:
 
 def must_reach_point(result: StepResult, settings: TrafficConstants) -> bool:
     """Return True if the robot has to reach a certain point in its cell, from which it claims or looks."""
-    if not result.progress.route:
+    if not result.progress.route and not result.situation.docking:
         return False
     if settings.in_sight or result.leans_to is not None:
         return True

@@ -16,7 +16,7 @@ from swarm.messages.traffic import Record
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
 from swarm.traffic.lattice.distances import FAR
 from swarm.traffic.lattice.dock import Dock, find_dock
-from swarm.traffic.peers.sightings import has_reserved
+from swarm.traffic.peers.sightings import Cleared, has_reserved
 from swarm.traffic.peers.situation import Situation
 from swarm.traffic.reservations.route import BESIDE, Footprint, RouteProgress
 from swarm.traffic.settings import TrafficConstants
@@ -68,15 +68,16 @@ class GoalCell:
             body.cell == self.leaves.cell or self.leaves.cell not in progress.reservations.held
         ):
             self.leaves = None
-        sent_off = self.dock is not None and progress.head != self.dock.cell and progress.has_strayed(body.cell)
-        if sent_off and self.leaves is None and self.dock is not None and self.dock.cell in progress.reservations.held:
-            self.leaves = self.dock
+        dock = self.dock
+        if dock is not None and dock.cell in progress.reservations.held and body.cell != dock.cell:
+            # it goes elsewhere, or a joint plan sends it
+            sent_off = progress.head != dock.cell and progress.has_strayed(body.cell)
+            if sent_off or wish not in {None, dock.place}:
+                self.leaves = dock
         if wish is None:
             if self.wish is not None or self.cell == OUTSIDE:
                 self.cell = progress.head
         elif wish != self.wish or self.cell == OUTSIDE or self.way_out or not cells.stands[self.cell]:
-            if self.dock is not None and body.cell != self.dock.cell and self.dock.cell in progress.reservations.held:
-                self.leaves = self.dock
             self.way_out = _way_out(progress, body, cells, settings.radius)
             cell = self.way_out[0] if self.way_out else cells.cell_of(*wish)
             table = cells.distances(cell if self.way_out else progress.head)
@@ -129,13 +130,15 @@ def cells_at_dock(
     progress: RouteProgress,
     here: int,
     others: Mapping[str, Record],
+    cleared: Cleared,
     cells: CellMap,
     settings: TrafficConstants,
     uncertainty: float,
 ) -> DockCells:
     """Return the cells beside its own that a robot, in the cell ``here``, needs to its place, or back to its cell.
 
-    It may be off by ``uncertainty`` [m]. While others hold one of them it follows its plan, if that leads it on.
+    It may be off by ``uncertainty`` [m]; ``cleared`` are cells of silent robots that were seen empty. While others hold
+    one of the cells it follows its plan, if that leads it on.
     """
     held = progress.reservations.held
     if goal.leaves is not None:
@@ -146,7 +149,12 @@ def cells_at_dock(
     beside = goal.dock.cells_beside(cells, settings, uncertainty)
     if here != goal.cell and here not in beside:
         return DockCells()  # it is still on its way to the cell
-    owners = {robot: cell for robot, record in others.items() for cell in beside if has_reserved(record, cell)}
+    owners = {
+        robot: cell
+        for robot, record in others.items()
+        for cell in beside
+        if has_reserved(record, cell) and (robot, cell) not in cleared
+    }
     if wish.done:
         is_asked = any(not {goal.cell, *beside}.isdisjoint(record.ahead) for record in others.values())
         stays = set(beside) <= set(held) and not owners and not is_asked

@@ -161,8 +161,9 @@ class Traffic:
             else self._presence.keep_on_way(needed, body, cells, threatened=bool(heard.threats))
         )
         asks = not free_drive and joint.call_epoch is None and not heard.listens
+        cleared = self._sightings.clear(self._peers.others, self._peers.recent_records(tick))
         dock = cells_at_dock(
-            self._goal, wish, on_way, body.cell, self._peers.others, cells, settings, inputs.uncertainty
+            self._goal, wish, on_way, body.cell, self._peers.others, cleared, cells, settings, inputs.uncertainty
         )
         needs = dock.wanted or dock.kept
         room = list_room_cells(on_way, inputs.pose, inputs.sweeps, heard.fresh, heard.threats, cells) if asks else ()
@@ -185,7 +186,7 @@ class Traffic:
         if (other_goal and not leads_on) or not halted.progress.following:
             joint.handle_occasion(PlanDrop())
         situation = self._situation(tick, wish, halted.progress, moved, heard.fresh, cells)._replace(
-            docking=dock.wanted, by_dock=self._goal.dock is not None
+            cleared=cleared, docking=dock.wanted, by_dock=self._goal.dock is not None
         )
         decision = joint.handle_occasion(PlanningStop() if inputs.stands else situation)
         routed = (
@@ -275,7 +276,6 @@ class Traffic:
             idle=wish.goal is None,
             moved=moved,
             blocked=self._sightings.occupied_cells() | stopped,
-            cleared=self._sightings.clear(others, self._peers.recent_records(tick)),
             others=others,
             fresh=fresh,
             then=cells.cell_of(*wish.then) if wish.then is not None and self._goal.dock is None else OUTSIDE,
@@ -302,7 +302,10 @@ class Traffic:
 
     def _inspect(self, claimed: ClaimResult, situation: Situation, inputs: TrafficInputs) -> Point | None:
         """Look at the next cell if only silent robots keep it; return the point to turn to [m], or None."""
-        face, seen = self._inspector.inspect(claimed.progress, situation, claimed.waits, inputs)
+        progress = claimed.progress
+        if situation.docking:  # the cells that it needs at its stop are what it wants next
+            progress = progress._replace(route=situation.docking)
+        face, seen = self._inspector.inspect(progress, situation, claimed.waits, inputs)
         if seen is not None:
             self._sightings.note(seen.cell, empty=seen.empty, tick=seen.tick)
             if not seen.empty:

@@ -103,7 +103,7 @@ WORLDS: dict[str, tuple[Edit, str]] = {
     "a start outside the map":     (put("start", "poses", 0, value=[-3, 4.0, 0]), f"start of r1 at (-3, 4): {OFF_THE_MAP}"),
     "a start too near a wall":     (put("start", "poses", 0, value=[1.05, 4.0, 0]), "start of r1 at (1.05, 4): expected at least 0.2 m from any wall"),
     "starts that overlap":         (put("start", "poses", 1, value=[2.7, 2.1, 0]), "start: expected r1 and r2 at least 0.4 m apart, got 0.22 m; move one of them"),
-    "starts in one cell":          (put("start", "poses", 1, value=[2.95, 2.4, 0]), "start: expected r1 and r2 each in a traffic cell of its own, got both in the cell of 1 m around (2.50, "),
+    "starts in one cell":          (put("start", "poses", 1, value=[2.92, 2.4, 0]), "start: expected r1 and r2 each in a traffic cell of its own, got both in the cell of 1 m around (2.50, "),
     "more robots than starts":     (put("start", "poses", value=[[2.5, 2.0, 0]]), "start.poses: expected at least 2 poses, got 1; list more of them or run fewer robots"),
     "a target no path reaches":    (room_in_two, "target 2 of r1 at (9.5, 6): expected a way from (9.50, 2.00) wide enough for a radius of 0.2 m, found none; open the map or move the target"),
     "an area with one cell":       (put("start", value={"area": [1.1, 1.1, 2.3, 2.3]}), "start.area: expected a cell of 1 m for each of 2 robots, found 1; enlarge the area, make traffic.cell smaller, or run fewer robots"),

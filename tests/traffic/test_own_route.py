@@ -8,13 +8,24 @@ import pytest
 import shapely
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
 from swarm.geometry import Pose
 from swarm.maps.occupancy import OccupancyMap, Point
+from swarm.messages.traffic import Record
 from swarm.traffic.interface import TrafficInputs
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
 from swarm.traffic.lattice.distances import FAR
-from swarm.traffic.own_route import STRAY, GoalCell, OwnRoute, distance_to_polyline, find_own_way
+from swarm.traffic.own_route import (
+    STRAY,
+    DockCells,
+    GoalCell,
+    OwnRoute,
+    Wish,
+    cells_at_dock,
+    distance_to_polyline,
+    find_own_way,
+)
 from swarm.traffic.peers.situation import Situation
 from swarm.traffic.reservations.route import ALONE, BESIDE, Footprint, RouteProgress
 from swarm.traffic.reservations.rules import Reservations
@@ -328,3 +339,49 @@ def test_a_way_leads_out_of_a_cell_in_which_an_edit_left_the_robot(name: str) ->
         goal.set_wish((2.5, 0.5), RouteProgress(Reservations(held), steps), body, Edited(shut=shut), CONSTANTS)  # type: ignore[arg-type]
         assert goal.way_out == ((1,) if looked and not shut else ()), "only into a cell beside"
         assert goal.cell == (1 if goal.way_out else 2)
+
+
+EXACT = TrafficConstants(radius=RADIUS, reach=0.05)
+OTHER = Record(robot="r2", stamp=0, x=0.0, y=0.0, goal=C)
+# fmt: off
+AT_DOCK: dict[str, tuple[int, Record | None, frozenset[tuple[str, int]], bool, DockCells]] = {
+    # where the body is; what another robot says; what was seen empty; whether the robot is done
+    "it claims what its body needs":         (A, None,                         frozenset(),            False, DockCells((B,), (), (), drives=True)),
+    "it is on its way to its cell":          (D, None,                         frozenset(),            False, DockCells()),
+    "another holds a cell":                  (A, replace(OTHER, held=(B,)),    frozenset(),            False, DockCells((B,), ("r2",), (), drives=True)),
+    "a silent robot left it":                (A, replace(OTHER, held=(B,)),    frozenset({("r2", B)}), False, DockCells((B,), (), (), drives=True)),
+    "it is done and holds all":              (B, None,                         frozenset(),            True,  DockCells((), (), (B,), drives=True)),
+    "it is done, and another has to pass":   (B, replace(OTHER, ahead=(E, B)), frozenset(),            True,  DockCells()),
+    "it is done, and its cell is needed":    (B, replace(OTHER, ahead=(A,)),   frozenset(),            True,  DockCells()),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", AT_DOCK)
+def test_the_cells_that_a_robot_needs_at_a_place_between_two_cells(name: str) -> None:
+    here, other, cleared, done, expected = AT_DOCK[name]
+    goal, place = GoalCell(), near(A, dx=SIDE / 2 - 0.02)
+    held = (B, A) if here == B else (A,)
+    progress = RouteProgress(Reservations(held), (BESIDE,) * (len(held) - 1) + (ALONE,))
+    goal.set_wish(place, progress, Footprint(0, FLOOR.pose(A), A, frozenset({A})), FLOOR.cells, EXACT)
+    others = {} if other is None else {"r2": other}
+    wished = Wish(place, (), done)
+    assert cells_at_dock(goal, wished, progress, here, others, cleared, FLOOR.cells, EXACT, 0.0) == expected
+
+
+def test_a_robot_drives_back_into_its_cell_before_it_goes_elsewhere() -> None:
+    goal, place, then = GoalCell(), near(A, dx=SIDE / 2 - 0.02), near(D)
+    progress = RouteProgress(Reservations((B, A)), (BESIDE, ALONE))
+    inside, outside = (Footprint(0, FLOOR.pose(cell), cell, frozenset({cell})) for cell in (A, B))
+    goal.set_wish(place, progress, inside, FLOOR.cells, EXACT)
+    dock = goal.dock
+    assert dock is not None
+    goal.reset_wish()  # the floor has changed, and the place is the same
+    goal.set_wish(place, progress, outside, FLOOR.cells, EXACT)
+    assert goal.leaves is None
+    goal.set_wish(then, progress, outside, FLOOR.cells, EXACT)
+    assert goal.leaves == dock
+    back = cells_at_dock(goal, Wish(then, (), done=False), progress, B, {}, frozenset(), FLOOR.cells, EXACT, 0.0)
+    assert back == DockCells(kept=(B,))
+    goal.set_wish(then, progress, inside, FLOOR.cells, EXACT)
+    assert goal.leaves is None

@@ -58,10 +58,11 @@ def find_dock(
     """Return from which cell a robot comes to a place [m]; None: from none, or it needs no other cell than its own.
 
     The cell is one that it ``can_use`` and stand in, the place's own if possible, else the nearest around it from which
-    no wall is in the way.
+    no wall is in the way. Where walls stop the radio there is no dock: who claims a cell there leans towards it first,
+    to be heard by all that could claim it too.
     """
     here = cells.cell_of(*place)
-    if here == OUTSIDE:
+    if here == OUTSIDE or settings.in_sight:
         return None
     if cells.stands[here] and can_use(here) and gap_to_place(cells, here, place, settings) <= settings.reach:
         return None

@@ -74,8 +74,10 @@ def _lattice_place(settings: Settings) -> tuple[float, Point]:
     return side, offset
 
 
-def with_lattice(settings: Settings, floor: OccupancyMap) -> Settings:
+def with_lattice(settings: Settings, floor: OccupancyMap, robots: int | None = None) -> Settings:
     """Return the settings with the lattice's place, fixed for the whole run: edits and learned walls must not shift it.
+
+    ``robots`` is how many drive, by default those of the settings.
 
     A map drawn in squares that a robot can turn in is its own lattice. Otherwise the side of a cell is the largest,
     from 6 radii down to 2.5, at which a robot can reach every stop from the starts over cells, no two robots start in
@@ -83,14 +85,15 @@ def with_lattice(settings: Settings, floor: OccupancyMap) -> Settings:
     there is none either, the first is taken, and the check of the scenario refuses it.
     """
     traffic, sides = settings.traffic, _sides(settings, floor)
+    robots = robots or settings.robots
     if traffic.offset is not None:
         return _set_lattice(settings, sides[0], traffic.offset)
     fits = settings.robot.radius + OFF_LINE
     tried: dict[str, list[tuple[float, Point]]] = {"serves": [], "reached": [], "docked": [], "all": []}
-    for side, offset in _lattices(settings, floor, sides):
+    for side, offset in _lattices(settings, floor, sides, robots):
         tried["all"].append((side, offset))
         cells = build_lattice(floor, side, fits, offset, _lean_room(settings))
-        serves = not _count_shared_starts(cells, settings) and _has_room_to_pass(cells, settings)
+        serves = not _count_shared_starts(cells, settings, robots) and _has_room_to_pass(cells, settings, robots)
         if _can_reach_all_stops(cells, settings):
             if serves:
                 return _set_lattice(settings, side, offset)
@@ -100,18 +103,20 @@ def with_lattice(settings: Settings, floor: OccupancyMap) -> Settings:
     return _set_lattice(settings, *next(places[0] for places in tried.values() if places))
 
 
-def _lattices(settings: Settings, floor: OccupancyMap, sides: Sequence[float]) -> Iterator[tuple[float, Point]]:
+def _lattices(
+    settings: Settings, floor: OccupancyMap, sides: Sequence[float], robots: int
+) -> Iterator[tuple[float, Point]]:
     """Yield the lattices to try: of each side the one that misses fewest stops, then the one with most lanes."""
     for side in sides:
         if _is_own_lattice(settings, floor, side):
             yield side, (0.0, 0.0)
             continue
-        yield side, _offset_for(settings, floor, side)
+        yield side, _offset_for(settings, floor, side, robots)
         if side < (RADII[0] - ALIKE) * settings.robot.radius:
-            yield side, _offset_for(settings, floor, side, by_docks=True)
+            yield side, _offset_for(settings, floor, side, robots, by_docks=True)
 
 
-def _offset_for(settings: Settings, floor: OccupancyMap, side: float, *, by_docks: bool = False) -> Point:
+def _offset_for(settings: Settings, floor: OccupancyMap, side: float, robots: int, *, by_docks: bool = False) -> Point:
     """Return the best lattice offset [m] for cells of ``side`` [m] under the starts and stops of a scenario.
 
     Stops that robots drive to straight from a cell count as missed, unless ``by_docks``.
@@ -121,7 +126,8 @@ def _offset_for(settings: Settings, floor: OccupancyMap, side: float, *, by_dock
         side=side,
         radius=settings.robot.radius + OFF_LINE,
         missed=lambda cells: (
-            _count_stops_out_of_reach(cells, settings, by_docks=by_docks) + _count_shared_starts(cells, settings)
+            _count_stops_out_of_reach(cells, settings, by_docks=by_docks)
+            + _count_shared_starts(cells, settings, robots)
         ),
         centred=by_docks or side <= (LANES + ALIKE) * settings.robot.radius,
     )
@@ -197,32 +203,37 @@ def _can_reach_all_stops(cells: CellMap, settings: Settings, *, by_docks: bool =
     return len(pieces) <= 1 and OUTSIDE not in pieces
 
 
-def _start_places(settings: Settings) -> list[Point]:
+def _start_places(settings: Settings, robots: int) -> list[Point]:
     """List the places where robots start [m] that are known before the start poses are drawn."""
     if settings.start.circle is not None:
-        return [pose[:2] for pose in poses_on_circle(*settings.start.circle, settings.robots)]
-    return [pose[:2] for pose in (settings.start.poses or ())[: settings.robots]]
+        return [pose[:2] for pose in poses_on_circle(*settings.start.circle, robots)]
+    return [pose[:2] for pose in (settings.start.poses or ())[:robots]]
 
 
-def _count_shared_starts(cells: CellMap, settings: Settings) -> int:
+def _count_shared_starts(cells: CellMap, settings: Settings, robots: int) -> int:
     """Count the cells into which more than one robot reaches at its start: each would hold it."""
     body = settings.robot.radius + traffic_settings(settings).margin
     under = Counter(
-        cell for place in _start_places(settings) for cell in cells.cells_under_disc(*place, body) if cell != OUTSIDE
+        cell
+        for place in _start_places(settings, robots)
+        for cell in cells.cells_under_disc(*place, body)
+        if cell != OUTSIDE
     )
     return sum(count > 1 for count in under.values())
 
 
-def _has_room_to_pass(cells: CellMap, settings: Settings) -> bool:
+def _has_room_to_pass(cells: CellMap, settings: Settings, robots: int) -> bool:
     """Return True if robots can change their order on the cells where they drive, and do not fill them.
 
     On a single row of cells none can pass another. Without a known place, all cells count.
     """
-    if settings.robots < 2:
+    if robots < 2:
         return True
-    known = {cells.pieces[cells.nearest_standable(*place)] for place in (*_start_places(settings), *_stops(settings))}
+    known = {
+        cells.pieces[cells.nearest_standable(*place)] for place in (*_start_places(settings, robots), *_stops(settings))
+    }
     used = [cell for cell in range(len(cells)) if cells.stands[cell] and (not known or cells.pieces[cell] in known)]
-    if settings.robots > CROWDED * len(used):
+    if robots > CROWDED * len(used):
         return False
     joins = [len(cells.neighbours[cell]) for cell in used]
     # a graph in one piece without a branch is a row or a ring; a ring has as many joins as cells

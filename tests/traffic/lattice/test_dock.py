@@ -1,5 +1,6 @@
 """Ways from a cell straight to a place: which cells they need, and where none leads."""
 
+from dataclasses import replace
 from math import cos, hypot, sin, tau
 
 import numpy as np
@@ -95,3 +96,9 @@ def test_the_middle_of_the_cell_comes_first_where_the_straight_line_leaves_the_h
     middle = cells.centre(dock.cell)
     assert dock.way_from(middle, held, cells, EXACT) == (dock.place,)
     assert dock.way_from((4.2, 4.2), held, cells, EXACT) == (middle, dock.place)
+
+
+def test_where_walls_stop_the_radio_nobody_docks() -> None:
+    cells, corner = lattice(room(), 1.2), (2.4, 2.4)
+    assert find_dock(cells, corner, EXACT) is not None
+    assert find_dock(cells, corner, replace(EXACT, in_sight=True)) is None

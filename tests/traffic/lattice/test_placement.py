@@ -191,6 +191,13 @@ def test_an_area_for_the_starts_holds_a_cell_for_each_robot(robots: int, side: f
     assert with_lattice(settings, floor_of(4.0, 3.0)).traffic.cell == pytest.approx(side)
 
 
+@pytest.mark.parametrize(("robots", "side"), [(None, 1.2), (1, 1.2), (2, 0.8), (5, 0.8)])
+def test_so_many_robots_as_drive_can_pass_each_other_in_a_hall(robots: int | None, side: float) -> None:
+    """A hall 1.4 m wide is one row of cells of 1.2 m, and two of 0.8 m; the scenario itself is for one robot."""
+    settings = mission(targets=[(0.7, 0.7), (5.3, 0.7)])
+    assert with_lattice(settings, floor_of(6.0, 1.4), robots).traffic.cell == pytest.approx(side)
+
+
 def test_a_lattice_that_is_given_stays() -> None:
     floor = floor_of(4.0, 3.0)
     for cell, offset, expected in (
