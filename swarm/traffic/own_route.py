@@ -165,6 +165,18 @@ def cells_at_dock(
     return DockCells(wanted=tuple(first), owners=tuple(sorted(owners)), drives=True)
 
 
+def is_docked(
+    goal: GoalCell, dock: DockCells, held: Collection[int], body: Footprint, cells: CellMap, settings: TrafficConstants
+) -> bool:
+    """Return True if a robot that holds these cells drives straight to its place now, or stays there.
+
+    From a cell on its way the straight line may lead past a corner of its cells: it drives to its own cell first.
+    """
+    if not dock.drives or goal.dock is None or not {*dock.wanted, *dock.kept}.issubset(held):
+        return False
+    return body.cell == goal.cell or goal.dock.is_straight(body.pose[:2], held, cells, settings)
+
+
 def _way_out(progress: RouteProgress, body: Footprint, cells: CellMap, radius: float) -> tuple[int, ...]:
     """Return the cell to drive to, as a way, if an edit has left the body in a cell where no robot can stand.
 

@@ -21,7 +21,7 @@ from swarm.traffic.obstacles.detector import BlockageChecker, ObstacleDetector, 
 from swarm.traffic.obstacles.inspection import Inspector
 from swarm.traffic.obstacles.scan import Scan
 from swarm.traffic.outputs import RecordWriter, StepResult, outputs_of
-from swarm.traffic.own_route import GoalCell, OwnRoute, Wish, cells_at_dock
+from swarm.traffic.own_route import GoalCell, OwnRoute, Wish, cells_at_dock, is_docked
 from swarm.traffic.peers.records import PeerRecords, TrafficNote
 from swarm.traffic.peers.sightings import Sightings
 from swarm.traffic.peers.situation import Situation
@@ -217,7 +217,7 @@ class Traffic:
             inputs, body, situation, claimed.progress, self._goal, joint, claimed.waits, heard.listens, halted.halt,
             face, self._inspector.leans_to, free_drive, moved_now, room, heard.threats, speaks,
             (*heard.events, *halted.events, *decision.events, *complaints),
-            docked=dock.drives and set(needs) <= set(claimed.progress.reservations.held),
+            docked=is_docked(self._goal, dock, claimed.progress.reservations.held, body, cells, settings),
         )  # fmt: skip
 
     def _wish(self, inputs: TrafficInputs, head: int, cells: CellMap) -> Wish:

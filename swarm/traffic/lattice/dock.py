@@ -33,17 +33,18 @@ class Dock(NamedTuple):
         there = cells.swept_cells((self.place,), settings.standing_room + uncertainty)
         return tuple(sorted((way | there) - {self.cell, OUTSIDE}))
 
-    def way_from(
-        self, here: Point, held: Collection[int], cells: CellMap, settings: TrafficConstants
-    ) -> tuple[Point, ...]:
-        """Return the points to drive to from a point, the place last [m].
-
-        The middle of the cell comes first where the straight line leads past a wall or out of the ``held`` cells.
-        """
+    def is_straight(self, here: Point, held: Collection[int], cells: CellMap, settings: TrafficConstants) -> bool:
+        """Return True if the straight line from a point [m] to the place stays in the ``held`` cells and off walls."""
         line = _points_between(here, self.place)
         inside = cells.swept_cells(line, settings.radius + settings.margin).issubset(held)
-        straight = inside and cells.in_sight(here, self.place, settings.radius + CLEAR)
-        return (self.place,) if straight else (cells.centre(self.cell), self.place)
+        return inside and cells.in_sight(here, self.place, settings.radius + CLEAR)
+
+    def next_point(self, here: Point, held: Collection[int], cells: CellMap, settings: TrafficConstants) -> Point:
+        """Return where to drive from a point [m]: to the place, or first to the middle of the cell.
+
+        A robot that aims at the place past a corner is stopped there by its safety filter.
+        """
+        return self.place if self.is_straight(here, held, cells, settings) else cells.centre(self.cell)
 
 
 def _points_between(start: Point, end: Point) -> list[Point]:

@@ -94,8 +94,17 @@ def test_the_middle_of_the_cell_comes_first_where_the_straight_line_leaves_the_h
     assert dock is not None
     held = {dock.cell, *dock.cells_beside(cells, EXACT)}
     middle = cells.centre(dock.cell)
-    assert dock.way_from(middle, held, cells, EXACT) == (dock.place,)
-    assert dock.way_from((4.2, 4.2), held, cells, EXACT) == (middle, dock.place)
+    assert dock.next_point(middle, held, cells, EXACT) == dock.place
+    assert dock.next_point((4.2, 4.2), held, cells, EXACT) == middle
+
+
+def test_the_middle_of_the_cell_comes_first_where_a_corner_is_in_the_way() -> None:
+    cells = lattice(room((3.0, 1.9, 3.2, 2.4)), 1.2)
+    dock = find_dock(cells, (2.4, 2.4), EXACT)
+    assert dock is not None
+    held = range(len(cells))
+    assert dock.next_point(cells.centre(dock.cell), held, cells, EXACT) == dock.place
+    assert dock.next_point((3.5, 2.15), held, cells, EXACT) == cells.centre(dock.cell)
 
 
 def test_where_walls_stop_the_radio_nobody_docks() -> None:
