@@ -140,7 +140,9 @@ def waypoints(
     if ahead[0] not in alone:  # another robot is in this cell too: do not drive to its middle
         points = points[1:] or [(result.inputs.pose.x, result.inputs.pose.y)]
     if result.docked and goal.dock is not None and progress.head == goal.cell:
-        return (goal.dock.next_point(result.inputs.pose[:2], progress.reservations.held, cells, settings),)
+        point = goal.dock.next_point(result.inputs.pose[:2], progress.reservations.held, cells, settings)
+        # an aim is also looked for on a path round corners, but only to waypoints after the first
+        return (point,) if point == goal.dock.place else (point, point)
     if has_stop_ahead(result, ahead) and goal.wish is not None:
         points[-1] = goal.place(goal.wish, settings.standing_room + spare, cells)
     elif progress.route and not result.free_drive and is_bound_for_edge(result, settings):

@@ -29,7 +29,7 @@ from swarm.robot.driving.safety import (
     SafetyFilter,
     WheelSpeeds,
 )
-from swarm.robot.driving.tables import Detour, Rollout, fuzzy_speeds, must_drive_straight, scale_of
+from swarm.robot.driving.tables import Detour, Rollout, fuzzy_speeds, must_drive_straight, scale_of, speeds_towards
 from swarm.robot.ground import Block
 from swarm.robot.mission import targets_of_others
 from swarm.robot.sectors import sectors
@@ -229,13 +229,15 @@ class CellPilot:
                 self._detour.end()
                 return Driven(STAND, heading, scale, drawn_to, circles, target)
             within, heading, scale = 0.0, bearing(pose, self._cells.centre(granted.way[1])), SCALE.turning
-        if must_drive_straight(granted, self._settings.reach) and PILOT.docks_straight < abs(heading):
+        if straight := must_drive_straight(granted, self._settings.reach):
             self._detour.end()
-            return Driven(self._filter.face(body, heading), heading, scale, drawn_to, circles, target)
+            if abs(heading) > PILOT.docks_straight:
+                return Driven(self._filter.face(body, heading), heading, scale, drawn_to, circles, target)
         constraints = clear._replace(stop_within=within, slowly=granted.looks, may_drive=granted.may_drive)
-        if (aside := self._detour.heading(sense, constraints)) is not None:
+        if not straight and (aside := self._detour.heading(sense, constraints)) is not None:
             heading, scale = aside, SCALE.detour
         tables = fuzzy_speeds(self._controller, self._settings.robot, sense, heading, scale)
+        tables = speeds_towards(tables, heading, self._settings.robot) if straight else tables
         if granted.threats and self._evasion.threatens(sense, tables, constraints, granted.threats):
             constraints = constraints._replace(may_drive=False)
         if expected := self._lateness.expected_commands():
@@ -313,8 +315,7 @@ class CellPilot:
         If that is long, it stays where it is in no way. All times away count together: robots that drive each other
         away in turn are at their places now and then.
         """
-        away = not self._is_there(inputs)
-        return before.kept_away + away if inputs.done else 0
+        return before.kept_away + (not self._is_there(inputs)) if inputs.done else 0
 
     def _activity(self, inputs: PilotInputs, granted: TrafficOutputs, *, idle: bool, lost: bool) -> Activity:
         if idle or (inputs.done and self._is_there(inputs)):

@@ -47,6 +47,19 @@ def must_drive_straight(granted: TrafficOutputs, reach: float) -> bool:
     return granted.docks or (in_cell and reach < PILOT.circle)
 
 
+def speeds_towards(tables: tuple[float, float], heading: float, robot: RobotSettings) -> tuple[float, float]:
+    """Return the tables' rim speeds (left, right) [m/s], or others if they turn away from the heading, left positive.
+
+    The tables turn away from whatever is near, such as a robot that stands beside the place.
+    """
+    left, right = tables
+    if (right - left) * heading >= 0.0:
+        return tables
+    turn = PILOT.docks_turning * heading * robot.track_width / 2
+    forward = (left + right) / 2
+    return forward - turn, forward + turn
+
+
 def scale_of(granted: TrafficOutputs, room: float, heading: float, nowhere: float) -> float:
     """Return the scale of the sensed distances for a granted ``room`` [m] and a ``heading`` error [rad].
 

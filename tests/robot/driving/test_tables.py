@@ -14,7 +14,7 @@ from swarm.maps.occupancy import Point
 from swarm.messages import Sense
 from swarm.planning.grid import Grid
 from swarm.robot.driving.safety import Constraints, DriveState, SafetyFilter
-from swarm.robot.driving.tables import Detour, Rollout, fuzzy_speeds
+from swarm.robot.driving.tables import Detour, Rollout, fuzzy_speeds, speeds_towards
 from swarm.robot.tuning import DETOUR, ROLLOUT
 from tests.robot.driving.shared import DT, NO_BOXES, NOTHING, RADIUS, ROBOT, SETTINGS, constraints, rolled, sense_of
 from tests.shared import constant_rules, scenario_of
@@ -272,3 +272,17 @@ def test_it_asks_with_the_distances_as_they_are_sensed(far: float) -> None:
     free, beside = (ROLL(sense_of(body, 0, left), body, (3.0, 1.0), 1.0) for left in (min(far, NOTHING), 0.2))
     count = min(len(free), len(beside))
     assert np.abs(free[:count] - beside[:count]).max() > 0.02
+
+
+@given(
+    left=st.floats(0.0, 1.2),
+    right=st.floats(0.0, 1.2),
+    heading=st.floats(-0.35, 0.35),
+)
+def test_a_robot_at_its_place_turns_to_it_whatever_stands_beside(left: float, right: float, heading: float) -> None:
+    """The tables' speeds stay unless they turn away from the place; the forward speed is always theirs."""
+    speeds = speeds_towards((left, right), heading, ROBOT)
+    assert sum(speeds) == pytest.approx(left + right)
+    assert (speeds[1] - speeds[0]) * heading >= 0.0
+    if (right - left) * heading >= 0.0:
+        assert speeds == (left, right)
