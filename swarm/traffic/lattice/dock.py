@@ -14,7 +14,7 @@ from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
 from swarm.traffic.settings import NEAR, TrafficConstants
 
 STEP: Final = 0.05  # m, between two points of the way at which the body is tried
-CLEAR: Final = 0.01  # m, kept between the body and walls beside the way, for turns of the wheels while it drives
+CLEAR: Final = 0.04  # m, kept between the body and walls beside the way: 1 cm more than its safety filter keeps
 
 
 class Dock(NamedTuple):
