@@ -126,7 +126,7 @@ def test_on_every_fault_the_robot_stands_says_why_and_goes_on_when_it_is_mended(
             robot.drives()
             body.process.send_signal(signal.SIGTERM)
             assert body.end() == 0
-            at = robot.stands()
+            robot.stands()
             await_event(bus, lambda event: event.kind == "body_silent" and event.robot == "r2")
         with Command("bridge", "ros2", "--ros", str(endpoint), *WORDS, runtime=tmp_runtime, breaks=LATE) as body:
             body.await_line("r2 goes on")
@@ -143,7 +143,6 @@ def test_on_every_fault_the_robot_stands_says_why_and_goes_on_when_it_is_mended(
         fleet.end()
     summary = fleet.report()
     assert sum(summary["contacts"].values()) == 0
-    assert at.x > 2.0
 
 
 @pytest.mark.long("a robot drives a square in real time")
