@@ -18,7 +18,8 @@ from swarm.robot.ground import KINDS
 from swarm.scenario.load import load
 from swarm.settings import MapSettings, Settings, StartSettings, TrafficSettings
 from swarm.traffic.lattice.cell_map import CellMap
-from swarm.traffic.lattice.placement import cells_of, with_lattice
+from swarm.traffic.lattice.placement import cells_of
+from swarm.traffic.lattice_choice import with_lattice
 
 SCENARIO: Final = Path(__file__).parents[2] / "scenarios" / "paper.yaml"
 

@@ -18,10 +18,10 @@ from swarm.traffic.lattice.placement import (
     cells_of,
     comes_near,
     distance_to_stop,
-    lattices_tried,
     standable_under,
     traffic_settings,
 )
+from swarm.traffic.lattice_choice import lattices_tried
 from swarm.traffic.settings import least_range
 
 MOST_STOPS: Final = 20_000  # of all robots

@@ -10,7 +10,7 @@ from swarm.maps.occupancy import OccupancyMap
 from swarm.planning.grid import Grid, refinement
 from swarm.scenario.load import Scenario
 from swarm.scenario.starts import starts
-from swarm.traffic.lattice.placement import with_lattice
+from swarm.traffic.lattice_choice import with_lattice
 
 RESOLUTION: Final = 0.1  # m, largest cell of the planning grid
 EASE: Final = 0.8  # m, times distance_scale: clearance that paths prefer; the fuzzy term `near` ends there

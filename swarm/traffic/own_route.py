@@ -15,7 +15,7 @@ from swarm.maps.occupancy import Point
 from swarm.messages.traffic import Record
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
 from swarm.traffic.lattice.distances import FAR
-from swarm.traffic.lattice.dock import Dock, find_dock
+from swarm.traffic.lattice.dock import Dock, find_dock, find_way_out
 from swarm.traffic.peers.sightings import Cleared, has_reserved
 from swarm.traffic.peers.situation import Situation
 from swarm.traffic.reservations.route import BESIDE, Footprint, RouteProgress
@@ -186,10 +186,8 @@ def _way_out(progress: RouteProgress, body: Footprint, cells: CellMap, radius: f
     head = progress.head
     if cells.stands[head] or any(step != BESIDE for step in progress.steps[:-1]):
         return ()
-    middles = {cell: cells.centre(cell) for cell in cells.cells_around(head, 1) if cells.stands[cell]}
-    near = sorted(middles, key=lambda cell: (distance(middles[cell], body.pose), cell))
-    here = (body.pose.x, body.pose.y)
-    return next(((cell,) for cell in near if cells.in_sight(here, middles[cell], radius)), ())
+    out = find_way_out(cells, body.pose[:2], radius)
+    return () if out == OUTSIDE else (out,)
 
 
 class OwnRoute:

@@ -29,7 +29,7 @@ from swarm.robot.driving.safety import (
     SafetyFilter,
     WheelSpeeds,
 )
-from swarm.robot.driving.tables import Detour, Rollout, fuzzy_speeds, must_drive_straight, scale_of, speeds_towards
+from swarm.robot.driving.tables import Detour, Rollout, fuzzy_speeds, must_drive_straight, scale_of
 from swarm.robot.ground import Block
 from swarm.robot.mission import targets_of_others
 from swarm.robot.sectors import sectors
@@ -217,27 +217,27 @@ class CellPilot:
         nearest = min((reading.measured for reading in near), default=inf)
         fastest = min(limit.fastest, self._filter.near_threats(body, late, granted.threats, nearest))
         clear = Constraints(grid, shut, local, bodies, fastest=fastest, uncertainty=uncertainty)
-        away = self._speeds_out_of_way(sense, clear, granted)
-        if away is not None:
+        if (away := self._speeds_out_of_way(sense, clear, granted)) is not None:
             return before._replace(speeds=away, heading=heading, drawn_to=drawn_to)
         nowhere = self._count_nowhere(inputs, granted, before.target)
         scale = scale_of(granted, gap_to_boxes(shut, local.x, local.y), heading, nowhere)
         circles, target = nowhere > PILOT.nowhere_after, inputs.target
         within = distance_along(pose, granted.waypoints)
-        if within <= NEAR or self._rests(inputs, granted):
+        sticks_out = within <= PILOT.pulls_in and self._aiming.sticks_out(pose, granted.held, granted.way, self._room)
+        if (within <= NEAR and not sticks_out) or self._rests(inputs, granted):
             if not self._turns_meanwhile(granted):
                 self._detour.end()
                 return Driven(STAND, heading, scale, drawn_to, circles, target)
             within, heading, scale = 0.0, bearing(pose, self._cells.centre(granted.way[1])), SCALE.turning
-        if straight := must_drive_straight(granted, self._settings.reach):
+        if straight := sticks_out or must_drive_straight(granted, self._settings.reach):
             self._detour.end()
+            clear = clear._replace(front_gap=SAFETY.gap)
             if abs(heading) > PILOT.docks_straight:
                 return Driven(self._filter.face(body, heading), heading, scale, drawn_to, circles, target)
         constraints = clear._replace(stop_within=within, slowly=granted.looks, may_drive=granted.may_drive)
         if not straight and (aside := self._detour.heading(sense, constraints)) is not None:
             heading, scale = aside, SCALE.detour
-        tables = fuzzy_speeds(self._controller, self._settings.robot, sense, heading, scale)
-        tables = speeds_towards(tables, heading, self._settings.robot) if straight else tables
+        tables = fuzzy_speeds(self._controller, self._settings.robot, sense, heading, scale, straight=straight)
         if granted.threats and self._evasion.threatens(sense, tables, constraints, granted.threats):
             constraints = constraints._replace(may_drive=False)
         if expected := self._lateness.expected_commands():

@@ -62,6 +62,7 @@ class Constraints(NamedTuple):
     may_drive: bool = True  # False: an unexpected obstacle is near; the robot may only turn
     fastest: float = inf  # m/s, forward speed near threats while commands reach the wheels late
     uncertainty: float = 0.0  # m, how far the body may be from where it is expected
+    front_gap: float = SAFETY.front_gap  # m, to everything that the front sector sees
 
 
 class SafetyFilter:
@@ -148,7 +149,7 @@ class SafetyFilter:
             left, right = ramp(left, wanted[0], most), ramp(right, wanted[1], most)
             nearer += max(0.0, left + right) / 2 * self._dt
         comes = max(hypot(threat.vx, threat.vy) for threat in threats)
-        return self._stops_in(nearest - nearer - comes * len(late) * self._dt, comes)
+        return self._fastest_within(nearest - nearer - comes * len(late) * self._dt - SAFETY.front_gap, comes)
 
     def way_ahead(self, sense: Sense, constraints: Constraints) -> bool:
         """Return True if the way straight ahead is clear."""
@@ -194,11 +195,13 @@ class SafetyFilter:
 
     def _fastest(self, front: float, constraints: Constraints) -> float:
         """Return the forward speed [m/s] from which the robot can stop before what it sees ahead."""
-        return min(self._stops_in(front), constraints.fastest) if constraints.may_drive else 0.0
+        if not constraints.may_drive:
+            return 0.0
+        return min(self._fastest_within(front - constraints.front_gap), constraints.fastest)
 
-    def _stops_in(self, gap: float, comes: float = 0.0) -> float:
-        """Return the speed [m/s] from which the robot stops ``SAFETY.front_gap`` before what is ``gap`` [m] ahead.
+    def _fastest_within(self, room: float, comes: float = 0.0) -> float:
+        """Return the speed [m/s] from which the robot stops within ``room`` [m].
 
-        v = sqrt(2 a s), or a little less if that ``comes`` nearer [m/s] meanwhile: s = v^2 / 2a + comes v / a.
+        v = sqrt(2 a s), or a little less if what is ahead ``comes`` nearer [m/s] meanwhile: s = v^2 / 2a + comes v / a.
         """
-        return sqrt(comes**2 + 2 * self._acceleration * max(0.0, gap - SAFETY.front_gap)) - comes
+        return sqrt(comes**2 + 2 * self._acceleration * max(0.0, room)) - comes

@@ -25,15 +25,23 @@ from swarm.traffic.progress_checker import ProgressChecker, make_movement_test
 
 
 def fuzzy_speeds(
-    controller: Controller, robot: RobotSettings, sense: Sense, heading: float, scale: float = 1.0
+    controller: Controller,
+    robot: RobotSettings,
+    sense: Sense,
+    heading: float,
+    scale: float = 1.0,
+    *,
+    straight: bool = False,
 ) -> tuple[float, float]:
     """Return the rim speeds (left, right) [m/s] of the tables for a ``heading`` error [rad], left positive.
 
-    ``scale`` shrinks the paper's near, medium and far: the tables get the distances divided by it.
+    ``scale`` shrinks the paper's near, medium and far: the tables get the distances divided by it. A robot that must
+    drive ``straight`` to its aim gets other speeds where the tables turn away from it: see ``speeds_towards``.
     """
     unit = robot.distance_scale * scale
     left, right = controller.wheel_speeds(sense.left / unit, sense.front / unit, sense.right / unit, -degrees(heading))
-    return left * robot.speed_scale, right * robot.speed_scale
+    speeds = left * robot.speed_scale, right * robot.speed_scale
+    return speeds_towards(speeds, heading, robot) if straight else speeds
 
 
 def must_drive_straight(granted: TrafficOutputs, reach: float) -> bool:

@@ -80,6 +80,16 @@ def find_dock(
     return None
 
 
+def find_way_out(cells: CellMap, here: Point, radius: float) -> int:
+    """Return the nearest cell beside a place [m] to which a body of ``radius`` [m] can drive straight, or OUTSIDE.
+
+    It is for a robot in a cell in which none can stand: no way over cells leads out of there.
+    """
+    near = [cell for cell in cells.cells_around(cells.cell_of(*here), 1) if cells.stands[cell]]
+    near.sort(key=lambda cell: (distance(cells.centre(cell), here), cell))
+    return next((cell for cell in near if cells.in_sight(here, cells.centre(cell), radius)), OUTSIDE)
+
+
 def gap_to_place(cells: CellMap, cell: int, place: Point, settings: TrafficConstants) -> float:
     """Return how far from a place [m] a robot stands at most that keeps to one cell."""
     return distance(cells.move_inside(cell, place, settings.standing_room), place) + NEAR

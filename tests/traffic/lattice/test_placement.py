@@ -27,8 +27,8 @@ from swarm.traffic.lattice.placement import (
     distance_to_stop,
     remove_unheard_joins,
     traffic_settings,
-    with_lattice,
 )
+from swarm.traffic.lattice_choice import with_lattice
 from swarm.traffic.settings import TrafficConstants
 from tests.shared import scenario_of
 from tests.traffic.maps import Drawn
