@@ -43,6 +43,19 @@ def test_two_robots_pass_where_two_bodies_fit_beside_each_other(width: float) ->
     assert_clean(Simulation.of(hall(width, 2), 2, 1).run(limit=250.0))
 
 
+@pytest.mark.long("three minutes of six robots")
+def test_six_robots_pass_where_two_bodies_barely_fit() -> None:
+    assert_clean(Simulation.of(hall(1.0, 6), 6, 1).run(limit=250.0))
+
+
+def test_a_robot_comes_as_near_to_a_wall_as_its_place_is(paper: Scenario) -> None:
+    """It faces the wall, 5 cm before it: more than 5 cm would not be within the reach."""
+    mission = mission_to_places(paper, 1, 1, 0.04, 0)
+    x = mission.map.origin.x + mission.map.resolution + mission.settings.robot.radius + 0.05
+    settings = msgspec.structs.replace(mission.settings, own_targets=[[(x, 1.5)]])
+    assert_clean(Simulation.of(replace(mission, settings=settings), 1, 1).run(limit=200.0))
+
+
 def test_they_pass_with_poses_that_are_3_cm_off() -> None:
     error = LocalisationSettings(error=0.03, yaw_error_deg=1.5)
     scenario = hall(1.6, 2)

@@ -5,7 +5,6 @@ from typing import Final
 
 from swarm.maps.occupancy import OccupancyMap, Point
 
-LEAST: Final = 1 / 6  # of a side; a strip that is not wider holds no robot's centre, for it is not wider than a radius
 ROUNDING: Final = 1e-9  # cells; a learned map sums its length from finer cells and must get the same number of cells
 
 
@@ -17,6 +16,6 @@ def lattice_shape(floor: OccupancyMap, side: float, offset: Point) -> tuple[int,
     rows, columns = floor.shape
     height, width = rows * floor.resolution, columns * floor.resolution
     return (
-        max(0, ceil((height - offset[1]) / side - LEAST - ROUNDING)),
-        max(0, ceil((width - offset[0]) / side - LEAST - ROUNDING)),
+        max(0, ceil((height - offset[1]) / side - 0.5 - ROUNDING)),
+        max(0, ceil((width - offset[0]) / side - 0.5 - ROUNDING)),
     )

@@ -377,9 +377,9 @@ def test_tables_of_a_wide_floor_are_fewer(side: int, kept: int) -> None:
     assert cells.distances(0) is not first
 
 
-@pytest.mark.parametrize(("fine", "count"), [(7 / 18, 1), (7 / 18 + 1e-10, 1), (7 / 18 + 1e-8, 2), (0.3, 1), (0.05, 0)])
-def test_a_row_counts_from_a_sixth_of_a_cell_on_but_for_rounding(fine: float, count: int) -> None:
-    """Three fine cells against a sixth more than one cell of 1 m."""
+@pytest.mark.parametrize(("fine", "count"), [(0.5, 1), (0.5 + 1e-10, 1), (0.5 + 1e-8, 2), (0.3, 1), (0.1, 0)])
+def test_a_row_counts_from_half_a_cell_on_but_for_rounding(fine: float, count: int) -> None:
+    """Three fine cells against half a cell more than one cell of 1 m."""
     cells = CellMap(OccupancyMap(np.zeros((3, 20), np.uint8), fine), side=1.0, radius=0.1)
     assert cells.rows == count
     cells = CellMap(OccupancyMap(np.zeros((20, 3), np.uint8), fine), side=1.0, radius=0.1)

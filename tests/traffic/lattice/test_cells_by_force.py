@@ -60,10 +60,10 @@ def clear(solid: shapely.Geometry, place: Sequence[Point], radius: float) -> boo
 
 
 @given(floors, offsets)
-def test_the_lattice_covers_the_floor_to_a_sixth_of_a_cell(floor: OccupancyMap, offset: Point) -> None:
+def test_the_lattice_covers_the_floor_to_half_a_cell(floor: OccupancyMap, offset: Point) -> None:
     cells = lattice(floor, offset)
     for count, first, length in ((cells.columns, offset[0], WIDTH), (cells.rows, offset[1], HEIGHT)):
-        assert -SIDE / 6 - 1e-9 <= first + count * SIDE - length <= SIDE * 5 / 6 + 1e-9
+        assert abs(first + count * SIDE - length) <= SIDE / 2 + 1e-9
     assert [cells.cell_of(*cells.centre(cell)) for cell in range(len(cells))] == list(range(len(cells)))
     assert len(cells) == len(cells.stands) == len(cells.neighbours) == cells.rows * cells.columns
 

@@ -198,6 +198,30 @@ def test_so_many_robots_as_drive_can_pass_each_other_in_a_hall(robots: int | Non
     assert with_lattice(settings, floor_of(6.0, 1.4), robots).traffic.cell == pytest.approx(side)
 
 
+@pytest.mark.parametrize(("robots", "side"), [(2, 1.2), (4, 0.8)])
+def test_a_small_floor_gets_cells_on_which_a_plan_for_all_is_found(robots: int, side: float) -> None:
+    """A hall 1.2 m wide with one bay: in cells of 1.2 m two robots change places in the bay, four never do."""
+    floor = floor_of(6.0, 2.4)
+    floor.cells[round(1.2 / FINE) :, :] = WALL
+    floor.cells[round(1.2 / FINE) :, round(2.4 / FINE) : round(3.6 / FINE)] = FREE
+    places = [(0.6, 0.6), (1.8, 0.6), (4.2, 0.6), (5.4, 0.6)]
+    ends = [places[0], places[-1]] if robots == 2 else places
+    settings = mission(
+        start=StartSettings(poses=[(*place, 0.1) for place in ends]), own_targets=[[place] for place in ends[::-1]]
+    )
+    assert with_lattice(settings, floor, robots).traffic.cell == pytest.approx(side)
+
+
+def test_a_start_that_cells_do_not_reach_gets_others() -> None:
+    """A hall 0.6 m wide leads into a room; in cells of 1.2 m at the room's offset nobody could stand in the hall."""
+    floor = floor_of(5.0, 2.4)
+    floor.cells[:, : round(2.6 / FINE)] = WALL
+    floor.cells[round(0.35 / FINE) : round(0.95 / FINE), : round(2.6 / FINE)] = FREE
+    settings = mission(start=StartSettings(poses=[(0.4, 0.65, 0.1)]), own_targets=[[(4.4, 1.8)]])
+    cells = cells_of(floor, with_lattice(settings, floor))
+    assert cells.pieces[cells.cell_of(0.4, 0.65)] == cells.pieces[cells.nearest_standable(4.4, 1.8)]
+
+
 def test_a_lattice_that_is_given_stays() -> None:
     floor = floor_of(4.0, 3.0)
     for cell, offset, expected in (
