@@ -2,12 +2,13 @@
 
 Three tables: how many random free places a fleet refuses as a stop; missions to such places, against the same missions
 with a reach of 0.4 m; and robots head on in halls, against one robot alone. Places and halls know no lattice: a body
-with 5 cm around it is clear of the drawn walls.
+with 5 cm around it is clear of the drawn walls; in a hall each seed draws other starts.
 """
 
 import argparse
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
+from math import pi
 from pathlib import Path
 from random import Random
 from statistics import mean
@@ -39,6 +40,7 @@ WIDTHS: Final = (1.0, 1.2, 1.4, 1.6, 2.0, 2.4)  # m
 LENGTH: Final = 12.0  # m, of a hall
 FINE: Final = 0.1  # m, of the squares in which a hall is drawn
 END: Final = 0.8  # m, from a hall's end to the first robot
+ROBOT: Final = 0.2  # m, radius of a robot in a hall
 APART: Final = 1.0  # m, from one robot to the next behind it
 LIMIT: Final = 400.0  # s, simulated
 
@@ -86,8 +88,11 @@ def mission_to_places(scenario: Scenario, robots: int, each: int, reach: float, 
     return replace(settled, settings=settings)
 
 
-def hall(width: float, robots: int) -> Scenario:
-    """Return a hall of ``width`` [m], through which robots from both ends drive to the other; or one robot alone."""
+def hall(width: float, robots: int, seed: int | None = None) -> Scenario:
+    """Return a hall of ``width`` [m], through which robots from both ends drive to the other; or one robot alone.
+
+    With a ``seed`` they start anywhere across the hall, up to 10 cm along it from their places, with any heading.
+    """
     rows, columns = round(width / FINE), round(LENGTH / FINE)
     text = "\n".join(["#" * (columns + 2), *["#" + "." * columns + "#"] * rows, "#" * (columns + 2)])
     middle, right = FINE + width / 2, robots // 2
@@ -95,6 +100,12 @@ def hall(width: float, robots: int) -> Scenario:
     east = [(FINE + LENGTH - END - APART * number, middle) for number in range(max(1, right))]
     ends = [*((*east, *east)[: len(west)]), *west[:right]] if right else east[:1]
     poses = [[*place, 0.0] for place in west] + [[*place, 3.1] for place in east[:right]]
+    if seed is not None:
+        chance, spare = Random(seed), width / 2 - ROBOT - CLEAR
+        poses = [
+            [x + chance.uniform(-0.1, 0.1), y + chance.uniform(-spare, spare), chance.uniform(-pi, pi)]
+            for x, y, _ in poses
+        ]
     raw = {
         "name": f"hall_{width:g}",
         "map": {"text": text, "cell": FINE},
@@ -120,7 +131,7 @@ def drive_to_places(name: str, robots: int, reach: float, seed: int) -> dict[str
 
 def drive_through_hall(width: float, robots: int, seed: int) -> dict[str, Any]:
     """Return the report of robots head on in a hall."""
-    return drive(hall(width, robots), robots, seed)
+    return drive(hall(width, robots, seed), robots, seed)
 
 
 def count_refused(name: str, reach: float, seed: int) -> tuple[int, int]:
