@@ -23,7 +23,7 @@ from swarm.fuzzy import load_profile
 from swarm.maps.text import from_text
 from swarm.scenario.check import check
 from swarm.scenario.load import Scenario, check_values
-from swarm.storm.history.free_space import FINE, SPARE, Grid, gaps, label_spaces, steps
+from swarm.storm.free_space import FINE, SPARE, Grid, gaps, label_spaces, steps
 from swarm.storm.workers import Lost, answers
 from world.faults import Faults
 from world.simulate import Simulation

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from benchmarks.other_worlds import Drawn, judge, touched
-from swarm.storm.history.free_space import label_spaces
+from swarm.storm.free_space import label_spaces
 from world.faults import Faults
 
 SOLID = np.pad(np.zeros((4, 6), np.bool_), 1, constant_values=True)  # a hall of 6 m by 4 m, walls of 1 m around it

@@ -44,6 +44,7 @@ class History:
     floors: list[tuple[int, OccupancyMap]]  # first tick and floor, oldest first
     mute: frozenset[str] = frozenset()  # robots that say nothing of traffic
     late: int = 0  # ticks by which answers come late at most
+    is_drawn: bool = False  # cells were chosen for the drawing, which says what is possible; else the plan names them
     put_back: dict[int, list[int]] = field(default_factory=dict)  # by robot number, ticks at which a new world has it
     # elsewhere than it was when the last world died
     moments: list[Moment] = field(default_factory=list)
@@ -72,6 +73,7 @@ def record(plan: StormPlan) -> History:
         floors=[(0, world.bodies.floor)],
         mute=frozenset(plan.mute),
         late=simulation.drill.slowest,
+        is_drawn=plan.scenario.traffic.offset is None,
     )
     limit = scenario.settings.limit
     try:

@@ -2,11 +2,13 @@
 
 from itertools import combinations
 
-from swarm.geometry import Pose
+from swarm.geometry import Pose, distance
 from swarm.maps.occupancy import Point
+from swarm.storm.free_space import room
 from swarm.storm.history.brute import can_all_arrive
+from swarm.storm.history.drawing import can_all_arrive_on_drawing
 from swarm.storm.history.history import History, Moment
-from swarm.storm.history.run_facts import cells_at, cells_swept, dead_of
+from swarm.storm.history.run_facts import cells_at, cells_swept, dead_of, floor_at
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
 from swarm.traffic.lattice.distances import FAR
 from swarm.traffic.lattice.placement import cells_of, comes_near
@@ -31,6 +33,8 @@ class Ways:
         Beside dead robots, cells that a moving obstacle sweeps count as no way: if the dead leave only those, the
         obstacle may shut them for good, to and fro. Where nobody is dead, no world is drawn in which it cuts floor off.
         """
+        if self._history.is_drawn:
+            return self._leads_over_drawing(number, place)
         cells = cells_at(self._history, self._last.tick)
         bodies, goals = self._bodies(cells, number), self._standing(cells, place)
         swept = cells_swept(self._history, cells) if bodies else frozenset()
@@ -67,8 +71,31 @@ class Ways:
             _without_blocked(blocked, cells), starts, [[goals] if one == number else [] for one in living]
         )
 
+    def _leads_over_drawing(self, number: int, place: Point) -> bool:
+        """Return True if a body can be moved from a robot's last pose to within its reach of a place [m]."""
+        settings, here = self._history.settings, self._last.poses[number][:2]
+        reached = room(floor_at(self._history, self._last.tick), settings.robot.radius, here)
+        return any(distance(point, place) <= settings.reach for point in reached)
+
+    def _search_drawing(self, moment: Moment) -> bool | None:
+        history, time = self._history, moment.tick * self._history.dt
+        living = [number for number, name in enumerate(history.robots) if name not in self._dead]
+        reached = [history.report["per_robot"][history.robots[number]]["reached"] for number in living]
+        stops = [
+            [history.stops[number][stop] for stop, at in enumerate(row) if at is None or at > time]
+            for number, row in zip(living, reached, strict=True)
+        ]
+        starts = [moment.poses[number][:2] for number in living]
+        settings = history.settings
+        found = can_all_arrive_on_drawing(
+            floor_at(history, moment.tick), settings.robot.radius, starts, stops, settings.reach
+        )
+        return None if found is None else not found
+
     def _search(self, moment: Moment) -> bool | None:
         history = self._history
+        if history.is_drawn:
+            return self._search_drawing(moment)
         cells = cells_at(history, moment.tick)
         blocked = self._bodies(cells, -1)
         starts: list[int] = []

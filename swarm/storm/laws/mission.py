@@ -5,7 +5,7 @@ from math import floor
 from typing import Final
 
 from swarm.geometry import distance
-from swarm.storm.history.free_space import SPARE, room
+from swarm.storm.free_space import SPARE, room
 from swarm.storm.history.history import History, Moment
 from swarm.storm.history.run_facts import EXACT, Found, cells_at, dead_of, floor_at
 from swarm.storm.history.ways import Ways

@@ -8,17 +8,22 @@ from typing import Any, Final
 
 from swarm.errors import ConfigError, suggest
 from swarm.maps.occupancy import FREE, OBSTACLE, WALL, Point
+from swarm.maps.text import from_text
 from swarm.scenario.load import check_values
 from swarm.scenario.starts import robot_names
+from swarm.settings import RobotSettings
 from swarm.storm.plans.localisation import draw_localisation
 from swarm.storm.plans.plan import FaultKind, PlannedFault, StormPlan
 from swarm.storm.plans.profiles import PROFILES, StormProfile
+from swarm.storm.plans.rooms import FINE, draw_places, draw_rooms, is_in_one_piece
 from swarm.traffic.lattice.cell_map import CellMap
 from swarm.traffic.lattice.distances import FAR
 from swarm.traffic.lattice.placement import cells_of, comes_near, distance_to_stop
 
 SIDE: Final = 1.2  # m, side of a cell
 THIRD: Final = 3  # thin walls are a third of a cell wide
+RADIUS: Final = RobotSettings().radius  # m
+REACHES: Final = (0.4, 0.25, 0.1)  # m, where places are drawn anywhere
 RATE: Final = 20  # Hz
 EDIT_FROM: Final = 5.0  # s; no edit comes earlier
 MOVER_ROOM: Final = 0.45  # m, radius of a moving obstacle and what robots keep clear of it
@@ -44,27 +49,14 @@ def draw(profile: str, seed: int) -> StormPlan:
 
 def _try(profile: StormProfile, name: str, seed: int, chance: Random) -> StormPlan | None:
     """Draw once; return None if nobody could drive in the world."""
+    if profile.rooms:
+        return _try_rooms(profile, name, seed, chance)
     columns, rows = (round(chance.uniform(*span)) for span in (profile.columns, profile.rows))
     text = _floor(profile, columns, rows, chance)
     robots = min(round(chance.uniform(*profile.robots)), int(profile.per_cell * text.count(".") / profile.raster**2))
     if robots < profile.robots[0]:
         return None
-    raw: dict[str, Any] = {
-        "name": f"storm.{name}.{seed}",
-        "map": {"text": text, "cell": round(SIDE / profile.raster, 6), "known": profile.known},
-        "robots": robots,
-        "seed": seed,
-        "limit": 3600.0,
-        "return_home": chance.random() < profile.home,
-        "radio": {
-            "range": chance.choice(profile.radio_range),
-            "loss": chance.choice(profile.loss),
-            "line_of_sight": chance.random() < profile.sight,
-        },
-    }
-    if chance.random() < profile.noise:
-        raw["sensors"] = {"noise": 0.02, "bearing_noise_deg": 2.0}
-    raw |= draw_localisation(profile, robots, Random(f"pose {seed}"))  # a chance of its own: others stay
+    raw = _conditions(profile, name, seed, text, round(SIDE / profile.raster, 6), robots, chance)
     cells = _cells_for(raw)
     if cells is None:
         return None
@@ -90,20 +82,65 @@ def _try(profile: StormProfile, name: str, seed: int, chance: Random) -> StormPl
         some = chance.sample(piece, min(len(piece), robots * chance.randint(1, 4)))
         raw["pool"] = [_point(cells, cell, chance) for cell in some]
     try:
-        settings = check_values(raw, "storm")
-        plan = StormPlan(
-            profile=name,
-            seed=seed,
-            scenario=settings,
-            faults=_faults(profile, robots, chance),
-            kill_leader_at=chance.randrange(20, 400) if chance.random() < profile.leader_killed else None,
-            late=chance.randint(1, 4) if chance.random() < profile.late else 0,
-            mute=_mute(profile, robots, chance),
-            slow=chance.choice(SLOWEST) if profile.slow and chance.random() < profile.slow else 0,
-        )
+        plan = _plan_of(profile, name, seed, raw, chance)
         return plan if can_be_driven(plan) else None
     except ConfigError:
         return None
+
+
+def _try_rooms(profile: StormProfile, name: str, seed: int, chance: Random) -> StormPlan | None:
+    """Draw rooms and halls once; return None if they have no room. Whether cells lead anywhere is not asked."""
+    text = draw_rooms(chance)
+    if text is None:
+        return None
+    robots, stops = round(chance.uniform(*profile.robots)), round(chance.uniform(*profile.stops))
+    raw = _conditions(profile, name, seed, text, FINE, robots, chance)
+    floor = from_text(text, FINE)
+    legs = [draw_places(floor, RADIUS, robots, chance) for _ in range(1 + stops)]
+    starts, *rows = [leg for leg in legs if leg is not None]
+    if len(rows) < stops or not is_in_one_piece(floor, RADIUS, [*starts, *(place for row in rows for place in row)]):
+        return None
+    raw["start"] = {"poses": [[*place, round(chance.uniform(-pi, pi), 3)] for place in starts]}
+    raw["own_targets"] = [[list(place) for place in row] for row in zip(*rows, strict=True)]
+    raw["reach"] = chance.choice(REACHES)
+    return _plan_of(profile, name, seed, raw, chance)
+
+
+def _conditions(
+    profile: StormProfile, name: str, seed: int, text: str, side: float, robots: int, chance: Random
+) -> dict[str, Any]:
+    """Draw what a scenario has besides starts and targets: its map is ``text`` in squares of ``side`` [m]."""
+    raw: dict[str, Any] = {
+        "name": f"storm.{name}.{seed}",
+        "map": {"text": text, "cell": side, "known": profile.known},
+        "robots": robots,
+        "seed": seed,
+        "limit": 3600.0,
+        "return_home": chance.random() < profile.home,
+        "radio": {
+            "range": chance.choice(profile.radio_range),
+            "loss": chance.choice(profile.loss),
+            "line_of_sight": chance.random() < profile.sight,
+        },
+    }
+    if chance.random() < profile.noise:
+        raw["sensors"] = {"noise": 0.02, "bearing_noise_deg": 2.0}
+    return raw | draw_localisation(profile, robots, Random(f"pose {seed}"))  # a chance of its own: others stay
+
+
+def _plan_of(profile: StormProfile, name: str, seed: int, raw: dict[str, Any], chance: Random) -> StormPlan:
+    """Draw what goes wrong in a scenario; return the plan of both."""
+    robots = raw["robots"]
+    return StormPlan(
+        profile=name,
+        seed=seed,
+        scenario=check_values(raw, "storm"),
+        faults=_faults(profile, robots, chance),
+        kill_leader_at=chance.randrange(20, 400) if chance.random() < profile.leader_killed else None,
+        late=chance.randint(1, 4) if chance.random() < profile.late else 0,
+        mute=_mute(profile, robots, chance),
+        slow=chance.choice(SLOWEST) if profile.slow and chance.random() < profile.slow else 0,
+    )
 
 
 # ---- the floor

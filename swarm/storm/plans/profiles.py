@@ -18,6 +18,7 @@ class StormProfile:
     walls: Span = (0.0, 0.25)  # share of the floor that drawn blocks would fill if none overlapped
     off_lattice: float = 0.4  # chance that walls lie anywhere on the raster, not on the lattice
     raster: int = 3  # characters of the drawn map along a cell
+    rooms: bool = False  # rooms and halls, starts and targets lie anywhere, and cells are chosen as for any scenario
     stops: Span = (1, 2)  # for each robot
     shared: float = 0.3  # chance that all robots visit the same targets
     home: float = 0.5  # chance that the robots return home
@@ -84,6 +85,10 @@ PROFILES: Final[Mapping[str, StormProfile]] = {
     "pose": StormProfile(pose=1.0, jumps=0.3, held_up=0.2, suspended=0.1, dead=0.1, late=0.2, noise=0.2),
     "edits": StormProfile(edits=1.0, dead=0.3, held_up=0.2),
     "movers": StormProfile(movers=1.0, held_up=0.2),
+    "halls": StormProfile(
+        rooms=True, robots=(2, 4), shared=0.0, home=0.0, radio_range=(8.0, 12.0, 50.0), loss=(0.0, 0.0, 0.1),
+        held_up=0.1,
+    ),
     "orders": StormProfile(orders=1.0, held_up=0.2, away=0.3, dead=0.1, late=0.3, edits=0.2),
     "pool": StormProfile(pool=1.0, held_up=0.2, suspended=0.2, away=0.3, dead=0.3, late=0.3, edits=0.1, orders=0.3),
     "away": StormProfile(away=1.0, suspended=0.2, held_up=0.2, stops=(2, 4)),
