@@ -45,8 +45,8 @@ def test_with_wrong_tables_all_laws_of_safety_hold(
 ) -> None:
     CHANCE.seed(seed)
 
-    def speeds(*asked: object) -> Speeds:
-        return WRONG[wrong](fuzzy_speeds(*asked))  # type: ignore[arg-type]
+    def speeds(*asked: object, straight: bool) -> Speeds:
+        return WRONG[wrong](fuzzy_speeds(*asked, straight=straight))  # type: ignore[arg-type]
 
     monkeypatch.setattr(pilot, "fuzzy_speeds", speeds)
     drawn = draw(profile, seed)

@@ -6,7 +6,7 @@ from swarm.geometry import Pose, distance
 from swarm.maps.occupancy import Point
 from swarm.storm.free_space import room
 from swarm.storm.history.brute import can_all_arrive
-from swarm.storm.history.drawing import can_all_arrive_on_drawing
+from swarm.storm.history.disc_search import can_all_arrive_on_drawing
 from swarm.storm.history.history import History, Moment
 from swarm.storm.history.run_facts import cells_at, cells_swept, dead_of, floor_at
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap

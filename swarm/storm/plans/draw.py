@@ -1,6 +1,5 @@
 """The drawing of a plan from a seed. A world that nobody can drive in is drawn again, with the seed's next attempt."""
 
-from collections.abc import Iterator
 from itertools import count
 from math import pi
 from random import Random
@@ -13,7 +12,8 @@ from swarm.scenario.load import check_values
 from swarm.scenario.starts import robot_names
 from swarm.settings import RobotSettings
 from swarm.storm.plans.localisation import draw_localisation
-from swarm.storm.plans.plan import FaultKind, PlannedFault, StormPlan
+from swarm.storm.plans.plan import StormPlan
+from swarm.storm.plans.planned_faults import draw_faults, draw_mute
 from swarm.storm.plans.profiles import PROFILES, StormProfile
 from swarm.storm.plans.rooms import FINE, draw_places, draw_rooms, is_in_one_piece
 from swarm.traffic.lattice.cell_map import CellMap
@@ -24,11 +24,9 @@ SIDE: Final = 1.2  # m, side of a cell
 THIRD: Final = 3  # thin walls are a third of a cell wide
 RADIUS: Final = RobotSettings().radius  # m
 REACHES: Final = (0.4, 0.25, 0.1)  # m, where places are drawn anywhere
-RATE: Final = 20  # Hz
 EDIT_FROM: Final = 5.0  # s; no edit comes earlier
 MOVER_ROOM: Final = 0.45  # m, radius of a moving obstacle and what robots keep clear of it
 SLOWEST: Final = (1, 2, 4, 4, 8)  # ticks; the last is longer than a command is valid
-BUSY: Final = 60.0  # s; no drawn hold-up or suspension begins later
 
 
 def draw(profile: str, seed: int) -> StormPlan:
@@ -135,10 +133,10 @@ def _plan_of(profile: StormProfile, name: str, seed: int, raw: dict[str, Any], c
         profile=name,
         seed=seed,
         scenario=check_values(raw, "storm"),
-        faults=_faults(profile, robots, chance),
+        faults=draw_faults(profile, robots, chance),
         kill_leader_at=chance.randrange(20, 400) if chance.random() < profile.leader_killed else None,
         late=chance.randint(1, 4) if chance.random() < profile.late else 0,
-        mute=_mute(profile, robots, chance),
+        mute=draw_mute(profile, robots, chance),
         slow=chance.choice(SLOWEST) if profile.slow and chance.random() < profile.slow else 0,
     )
 
@@ -277,44 +275,6 @@ def _shuts_off(raw: dict[str, Any], cells: CellMap, piece: list[int]) -> bool:
         return True
     table = cells.distances(left[0], swept)
     return any(table[cell] >= FAR for cell in left)
-
-
-# ---- what goes wrong
-
-
-def _faults(profile: StormProfile, robots: int, chance: Random) -> list[PlannedFault]:
-    everybody = robot_names(robots)
-    found: list[PlannedFault] = []
-    often: tuple[tuple[FaultKind, float], ...] = (("held_up", profile.held_up), ("suspended", profile.suspended))
-    for kind, share in often:
-        if chance.random() < share:
-            for robot in everybody:
-                found += [
-                    PlannedFault(robot=robot, kind=kind, tick=tick, ticks=chance.choice((30, 60, 100, 200)))
-                    for tick in _moments(profile.every, chance)
-                ]
-    if chance.random() < profile.away:
-        robot = chance.choice(everybody)
-        found.append(
-            PlannedFault(robot=robot, kind="away", tick=chance.randrange(40, 800), ticks=chance.randrange(4, 60))
-        )
-    if chance.random() < profile.dead:
-        for robot in chance.sample(everybody, chance.randint(1, max(1, robots // 3))):
-            found.append(PlannedFault(robot=robot, kind="dead", tick=chance.randrange(20, 800)))
-    return sorted(found, key=lambda fault: (fault.tick, fault.robot))
-
-
-def _mute(profile: StormProfile, robots: int, chance: Random) -> list[str]:
-    if not profile.mute or chance.random() >= profile.mute:
-        return []
-    return sorted(chance.sample(robot_names(robots), chance.randint(1, 2)))
-
-
-def _moments(every: float, chance: Random) -> Iterator[int]:
-    time = chance.expovariate(1.0 / every)
-    while time < BUSY:
-        yield round(time * RATE)
-        time += 1.0 + chance.expovariate(1.0 / every)
 
 
 # ---- can it be driven

@@ -7,7 +7,7 @@ import pytest
 
 from swarm.geometry import distance
 from swarm.maps.text import from_text
-from swarm.storm.history.drawing import can_all_arrive_on_drawing
+from swarm.storm.history.disc_search import can_all_arrive_on_drawing
 from swarm.storm.history.history import record
 from swarm.storm.laws.mission import all_arrive
 from swarm.storm.plans.draw import draw
