@@ -8,28 +8,26 @@ with 5 cm around it is clear of the drawn walls; in a hall each seed draws other
 import argparse
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
-from math import pi
+from math import inf, pi
 from pathlib import Path
 from random import Random
 from statistics import mean
 from typing import Any, Final, NamedTuple
 
 import msgspec
-import numpy as np
 
 from benchmarks.measure import load as load_of_machine
 from swarm.fuzzy import load_profile
-from swarm.geometry import from_frame
-from swarm.maps.occupancy import FREE, OccupancyMap, Point
+from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.maps.text import from_text
 from swarm.scenario.load import Scenario, check_values, load
 from swarm.scenario.prepare import prepare, settle_lattice
+from swarm.storm.plans.rooms import CLEAR, draw_places
 from swarm.traffic.lattice.placement import cells_of, gap_to_stop
 from world.simulate import Simulation
 from world.tasks.reachable import Reachable
 
 ROOT: Final = Path(__file__).parents[1]
-CLEAR: Final = 0.05  # m, between a body at its place and the walls
 MAPS: Final = ("paper", "office", "depot", "box", "unknown")
 PLACES: Final = 300
 EACH: Final = 3  # places of a robot
@@ -60,16 +58,8 @@ class Row(NamedTuple):
 
 def free_places(floor: OccupancyMap, radius: float, count: int, seed: int) -> list[Point]:
     """Draw places [m, map frame] where a body of ``radius`` [m] is clear of the drawn walls by 5 cm."""
-    random, side = Random(seed), floor.resolution
-    rows, columns = np.nonzero(np.pad(floor.cells != FREE, 1, constant_values=True))
-    found: list[Point] = []
-    while len(found) < count:
-        x, y = random.uniform(0, floor.shape[1] * side), random.uniform(0, floor.shape[0] * side)
-        across = np.maximum(np.maximum((columns - 1) * side - x, x - columns * side), 0)
-        up = np.maximum(np.maximum((rows - 1) * side - y, y - rows * side), 0)
-        if np.hypot(across, up).min() >= radius + CLEAR:
-            at = from_frame(floor.origin, x, y)
-            found.append((round(at[0], 3), round(at[1], 3)))
+    found = draw_places(floor, radius, count, Random(seed), between=-inf)
+    assert found is not None, "the floor has hardly any free place"
     return found
 
 

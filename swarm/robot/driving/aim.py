@@ -15,6 +15,7 @@ from swarm.motion.drive import line_is_clear
 from swarm.planning.grid import Grid
 from swarm.planning.path import line_is_free, plan
 from swarm.robot.tuning import AIM
+from swarm.traffic.interface import TrafficOutputs
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
 from swarm.traffic.settings import NEAR
 
@@ -121,15 +122,15 @@ class Aiming:
                 return point
         return aim
 
-    def sticks_out(self, pose: Pose, held: Collection[int], way: Sequence[int], room: float) -> bool:
+    def sticks_out(self, pose: Pose, granted: TrafficOutputs, room: float) -> bool:
         """Return True if the body reaches a little into the cell behind it: robots would wait for each other's rims.
 
         ``room`` [m] is what it keeps around its centre. Only cells hardly larger than the body let a robot stand near
-        the middle of its cell and yet not inside.
+        the middle of its cell and yet not inside. The result is False before an unexpected obstacle.
         """
-        if self._lattice.side / 2 - room >= NEAR or len(held) == 1:
+        if self._lattice.side / 2 - room >= NEAR or len(granted.held) == 1 or granted.threats:
             return False
-        return any(cell != way[0] for cell in self._lattice.cells_under_disc(pose.x, pose.y, room))
+        return any(cell != granted.way[0] for cell in self._lattice.cells_under_disc(pose.x, pose.y, room))
 
     # ---- cells as boxes, in the lattice's own frame
 

@@ -223,7 +223,7 @@ class CellPilot:
         scale = scale_of(granted, gap_to_boxes(shut, local.x, local.y), heading, nowhere)
         circles, target = nowhere > PILOT.nowhere_after, inputs.target
         within = distance_along(pose, granted.waypoints)
-        sticks_out = within <= PILOT.pulls_in and self._aiming.sticks_out(pose, granted.held, granted.way, self._room)
+        sticks_out = within <= PILOT.pulls_in and self._aiming.sticks_out(pose, granted, self._room)
         if (within <= NEAR and not sticks_out) or self._rests(inputs, granted):
             if not self._turns_meanwhile(granted):
                 self._detour.end()

@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from swarm.geometry import distance
+from swarm.geometry import distance, from_frame
 from swarm.maps.occupancy import FREE, OccupancyMap, Point
 from swarm.storm.free_space import SPARE, Grid, gaps, room
 
@@ -47,16 +47,23 @@ def draw_rooms(chance: Random) -> str | None:
     return "\n".join("".join("#" if square else "." for square in row) for row in solid[::-1]) + "\n"
 
 
-def draw_places(floor: OccupancyMap, radius: float, count: int, chance: Random) -> list[Point] | None:
-    """Draw places [m] where bodies of ``radius`` [m] are clear of walls and of each other; None: there is no room."""
+def draw_places(
+    floor: OccupancyMap, radius: float, count: int, chance: Random, between: float = BETWEEN
+) -> list[Point] | None:
+    """Draw places [m, map frame] where bodies of ``radius`` [m] are clear of walls and ``between`` [m] apart.
+
+    The result is None if there is no room for so many.
+    """
     solid: Grid = np.pad(floor.cells != FREE, 1, constant_values=True)
     side, (rows, columns) = floor.resolution, floor.shape
     drawn = np.array([(chance.uniform(0, columns * side), chance.uniform(0, rows * side)) for _ in range(TRIES)])
     clear = gaps(solid, side, drawn + side) >= radius + CLEAR
     found: list[Point] = []
-    for x, y in np.round(drawn[clear], 3).tolist():
-        if all(distance((x, y), other) >= 2 * radius + BETWEEN for other in found):
-            found.append((x, y))
+    for x, y in drawn[clear].tolist():
+        at = from_frame(floor.origin, x, y)
+        place = round(at[0], 3), round(at[1], 3)
+        if all(distance(place, other) >= 2 * radius + between for other in found):
+            found.append(place)
             if len(found) == count:
                 return found
     return None
