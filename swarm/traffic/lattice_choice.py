@@ -98,6 +98,7 @@ def _offset_for(settings: Settings, floor: OccupancyMap, side: float, robots: in
             _count_stops_out_of_reach(cells, settings, by_docks=by_docks) + _count_poor_starts(cells, settings, robots)
         ),
         centred=by_docks or side <= (LANES + ALIKE) * settings.robot.radius,
+        places=[*_start_places(settings, robots), *_stops(settings)],
     )
 
 

@@ -1,13 +1,13 @@
 """Where a lattice lies on a floor: the offset that serves best, of a few that are tried."""
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Final
 
 import numpy as np
 
 from swarm.maps.occupancy import FREE, OccupancyMap, Point
-from swarm.traffic.lattice.cell_map import CellMap
+from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
 
 PHASES: Final = 4  # lattice offsets tried along each axis
 ROUNDING: Final = 1e-6  # cells; a row that fits exactly fits
@@ -20,18 +20,22 @@ def best_offset(
     radius: float,
     missed: Callable[[CellMap], int] = lambda cells: 0,
     centred: bool = False,
+    places: Sequence[Point] = (),
 ) -> Point:
     """Return the lattice offset [m] that leaves most of the floor in one piece, misses least, then joins most cells.
+
+    Before all that, as few ``places`` [m, map frame] as possible lie beyond the last cells.
 
     Walls rarely fit a lattice: shifting it by part of a cell opens doors. The offset 0 wins ties. If ``centred``, an
     offset is tried too at which as many rows as fit lie in the middle of the free floor: two lanes in a hall.
     """
 
-    def worth(offset: Point) -> tuple[float, int, int]:
+    def worth(offset: Point) -> tuple[int, float, int, int]:
         cells = CellMap(occupancy, side=side, radius=radius, offset=offset)
         sizes = Counter(piece for piece, stands in zip(cells.pieces, cells.stands, strict=False) if stands).values()
         together = sum(size * size for size in sizes) / max(1, sum(sizes)) ** 2
-        return round(together, 2), -missed(cells), sum(map(len, cells.neighbours))
+        beyond = sum(cells.cell_of(*place) == OUTSIDE for place in places)
+        return -beyond, round(together, 2), -missed(cells), sum(map(len, cells.neighbours))
 
     shifts = [-k * side / PHASES for k in range(PHASES)]
     across, up = (_middle_shifts(occupancy, axis, side, radius) if centred else [] for axis in (1, 0))

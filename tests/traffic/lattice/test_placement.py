@@ -14,7 +14,7 @@ from swarm.errors import ConfigError
 from swarm.maps.occupancy import FREE, UNKNOWN, WALL, OccupancyMap, Point
 from swarm.settings import MapSettings, RadioSettings, Settings, StartSettings
 from swarm.settings import TrafficSettings as LatticeSettings
-from swarm.traffic.lattice.cell_map import CellMap
+from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
 from swarm.traffic.lattice.offset import best_offset
 from swarm.traffic.lattice.placement import (
     DEAF,
@@ -220,6 +220,17 @@ def test_a_start_that_cells_do_not_reach_gets_others() -> None:
     settings = mission(start=StartSettings(poses=[(0.4, 0.65, 0.1)]), own_targets=[[(4.4, 1.8)]])
     cells = cells_of(floor, with_lattice(settings, floor))
     assert cells.pieces[cells.cell_of(0.4, 0.65)] == cells.pieces[cells.nearest_standable(4.4, 1.8)]
+
+
+@pytest.mark.parametrize("tenths", range(24, 37))
+def test_no_start_or_target_lies_beyond_the_last_cells(tenths: int) -> None:
+    """The lattice ends up to half a cell before the edge of the map: where it lies decides at which edge."""
+    height = tenths / 10
+    start, target = (0.4, height - 0.25), (3.75, 0.3)
+    settings = mission(start=StartSettings(poses=[(*start, 0.1)]), own_targets=[[target]])
+    floor = floor_of(4.0, height)
+    cells = cells_of(floor, with_lattice(settings, floor))
+    assert OUTSIDE not in {cells.cell_of(*start), cells.cell_of(*target)}
 
 
 def test_a_lattice_that_is_given_stays() -> None:
