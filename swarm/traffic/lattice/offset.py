@@ -24,7 +24,7 @@ def best_offset(
 ) -> Point:
     """Return the lattice offset [m] that leaves most of the floor in one piece, misses least, then joins most cells.
 
-    Before all that, as few ``places`` [m, map frame] as possible lie beyond the last cells.
+    Before all that, bodies at as few ``places`` [m, map frame] as possible reach beyond the last cells.
 
     Walls rarely fit a lattice: shifting it by part of a cell opens doors. The offset 0 wins ties. If ``centred``, an
     offset is tried too at which as many rows as fit lie in the middle of the free floor: two lanes in a hall.
@@ -34,7 +34,7 @@ def best_offset(
         cells = CellMap(occupancy, side=side, radius=radius, offset=offset)
         sizes = Counter(piece for piece, stands in zip(cells.pieces, cells.stands, strict=False) if stands).values()
         together = sum(size * size for size in sizes) / max(1, sum(sizes)) ** 2
-        beyond = sum(cells.cell_of(*place) == OUTSIDE for place in places)
+        beyond = sum(OUTSIDE in cells.cells_under_disc(*place, radius) for place in places)
         return -beyond, round(together, 2), -missed(cells), sum(map(len, cells.neighbours))
 
     shifts = [-k * side / PHASES for k in range(PHASES)]
