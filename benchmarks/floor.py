@@ -1,8 +1,10 @@
 """Any place on the floor, and halls that are two robots wide: ``python -m benchmarks.floor [--seeds N] [--start A]``.
 
-Three tables: how many random free places a fleet refuses as a stop; missions to such places, against the same missions
-with a reach of 0.4 m; and robots head on in halls, against one robot alone. Places and halls know no lattice: a body
-with 5 cm around it is clear of the drawn walls; in a hall each seed draws other starts.
+Five tables: how many random free places a fleet refuses as a stop, and how many of them one robot drives to, one after
+the other; where a robot comes to rest; missions to such places, against the same missions with a reach of 0.4 m; and
+robots head on in halls, against one robot alone, with poses that are 3 cm off too. Places and halls know no lattice: a
+body with 5 cm around it is clear of the drawn walls; in a hall each seed draws other starts. ``--also`` names more
+scenario files, for the first two tables.
 """
 
 import argparse
@@ -18,10 +20,12 @@ import msgspec
 
 from benchmarks.measure import load as load_of_machine
 from swarm.fuzzy import load_profile
+from swarm.geometry import distance
 from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.maps.text import from_text
 from swarm.scenario.load import Scenario, check_values, load
 from swarm.scenario.prepare import prepare, settle_lattice
+from swarm.settings import LocalisationSettings
 from swarm.storm.plans.rooms import CLEAR, draw_places
 from swarm.traffic.lattice.placement import cells_of, gap_to_stop
 from world.simulate import Simulation
@@ -29,7 +33,9 @@ from world.tasks.reachable import Reachable
 
 ROOT: Final = Path(__file__).parents[1]
 MAPS: Final = ("paper", "office", "depot", "box", "unknown")
+HELD_BACK: Final = ("doorway", "crossing")  # no place on them was looked at before the cells were chosen as they are
 PLACES: Final = 300
+RESTS: Final = 30  # places on each map at which a robot comes to rest
 EACH: Final = 3  # places of a robot
 REACHES: Final = (0.25, 0.1, 0.05)  # m
 WIDE: Final = 0.4  # m, the reach to compare with
@@ -41,6 +47,10 @@ END: Final = 0.8  # m, from a hall's end to the first robot
 ROBOT: Final = 0.2  # m, radius of a robot in a hall
 APART: Final = 1.0  # m, from one robot to the next behind it
 LIMIT: Final = 400.0  # s, simulated
+A_PLACE: Final = 40.0  # s, simulated, on average for each place
+SETTLE: Final = 60  # ticks after the arrival, until a robot is at rest
+OFF_IN: Final = 1.6  # m, the hall with poses that are off
+OFF: Final = LocalisationSettings(error=0.03, yaw_error_deg=1.5)
 
 
 class Row(NamedTuple):
@@ -54,6 +64,11 @@ class Row(NamedTuple):
     time: float  # s until the last arrival, of those that are complete; nan: none
     settling: float  # s after that, until those that made room are back at their places
     tables: float
+
+
+def load_scenario(name: str) -> Scenario:
+    """Return a scenario of the project, or of a file with its path."""
+    return load(Path(name) if name.endswith(".yaml") else ROOT / "scenarios" / f"{name}.yaml")
 
 
 def free_places(floor: OccupancyMap, radius: float, count: int, seed: int) -> list[Point]:
@@ -115,21 +130,42 @@ def drive(scenario: Scenario, robots: int, seed: int) -> dict[str, Any]:
 
 def drive_to_places(name: str, robots: int, reach: float, seed: int) -> dict[str, Any]:
     """Return the report of a mission to random places."""
-    scenario = load(ROOT / "scenarios" / f"{name}.yaml")
-    return drive(mission_to_places(scenario, robots, EACH, reach, seed), robots, seed)
+    return drive(mission_to_places(load_scenario(name), robots, EACH, reach, seed), robots, seed)
 
 
-def drive_through_hall(width: float, robots: int, seed: int) -> dict[str, Any]:
+def drive_through_hall(
+    width: float, robots: int, seed: int, localisation: LocalisationSettings | None = None
+) -> dict[str, Any]:
     """Return the report of robots head on in a hall."""
-    return drive(hall(width, robots, seed), robots, seed)
+    scenario = hall(width, robots, seed)
+    if localisation is not None:
+        scenario = replace(scenario, settings=msgspec.structs.replace(scenario.settings, localisation=localisation))
+    return drive(scenario, robots, seed)
+
+
+def visit_all(name: str, reach: float, seed: int) -> tuple[int, float, int]:
+    """Return how many of the places one robot drives to, the time of each [s], and its contacts."""
+    mission = mission_to_places(load_scenario(name), 1, PLACES, reach, seed)
+    simulation = Simulation.of(mission, 1, seed)
+    report = simulation.run(limit=A_PLACE * PLACES)
+    visited = sum(time is not None for time in simulation.world.tasks.missions.reached_at[0])
+    return visited, report["sim_time"] / max(1, visited), sum(report["contacts"].values())
+
+
+def find_rest(name: str, reach: float, seed: int) -> float:
+    """Return how far from a random place [m] a robot comes to rest that was sent there; inf: it never came."""
+    mission = mission_to_places(load_scenario(name), 1, 1, reach, seed)
+    simulation = Simulation.of(mission, 1, seed)
+    if not simulation.run(limit=LIMIT)["complete"]:
+        return inf
+    for _ in range(SETTLE):
+        simulation.step()
+    return distance(simulation.world.poses()[0][:2], mission.settings.own_targets[0][0])
 
 
 def count_refused(name: str, reach: float, seed: int) -> tuple[int, int]:
     """Return how many of the places are refused as a stop, and how many no robot reaches inside one cell."""
-    scenario, starts = (
-        (prepared := prepare(load(ROOT / "scenarios" / f"{name}.yaml"), 4, seed)).scenario,
-        prepared.starts,
-    )
+    scenario, _, starts = prepare(load_scenario(name), 1, seed)
     settings = msgspec.structs.replace(scenario.settings, reach=reach)
     cells, floor = cells_of(scenario.map, settings), scenario.map
     places = free_places(floor, settings.robot.radius, PLACES, seed)
@@ -167,15 +203,30 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seeds", type=int, default=10)
     parser.add_argument("--start", type=int, default=9001, help="first seed")
+    parser.add_argument("--also", nargs="*", default=[], metavar="FILE.yaml", help="more scenarios")
     options = parser.parse_args()
     seeds = range(options.start, options.start + options.seeds)
     print(f"load {load_of_machine()}, seeds {seeds[0]} to {seeds[-1]}\n")
     with ProcessPoolExecutor() as pool:
-        print("| map | reach [m] | refused | not reached inside one cell |\n|---|---|---|---|")
-        for name in MAPS:
-            found = list(pool.map(count_refused, [name] * len(REACHES), REACHES, [seeds[0]] * len(REACHES)))
-            for reach, (refused, outside) in zip(REACHES, found, strict=True):
-                print(f"| {name} | {reach:g} | {refused} of {PLACES} | {outside} of {PLACES} |", flush=True)
+        maps, many = (*MAPS, *HELD_BACK, *options.also), len(REACHES)
+        print(
+            "| map | reach [m] | refused | not reached inside one cell | visited | contacts | time of each [s] |\n"
+            "|---|---|---|---|---|---|---|"
+        )
+        for name in maps:
+            arguments = [name] * many, REACHES, [seeds[0]] * many
+            found = zip(REACHES, pool.map(count_refused, *arguments), pool.map(visit_all, *arguments), strict=True)
+            for reach, (refused, outside), (visited, time, contacts) in found:
+                print(
+                    f"| {Path(name).stem} | {reach:g} | {refused} of {PLACES} | {outside} of {PLACES} "
+                    f"| {visited} of {PLACES} | {contacts} | {time:.1f} |",
+                    flush=True,
+                )
+        print("\n| map | rests of 30, reach 0.05 m | mean distance [m] | greatest [m] |\n|---|---|---|---|")
+        for name in maps:
+            rests = list(pool.map(find_rest, [name] * RESTS, [REACHES[-1]] * RESTS, range(seeds[0], seeds[0] + RESTS)))
+            at = [rest for rest in rests if rest < inf]
+            print(f"| {Path(name).stem} | {len(at)} | {mean(at):.3f} | {max(at):.3f} |", flush=True)
         head = "complete | contacts | two owners; outside | time [s] | times that at {} | settling [s] | tables |"
         print(f"\n| fleet | reach [m] | {head.format('0.4 m')}\n|---|---|---|---|---|---|---|---|---|")
         for name, robots in FLEETS:
@@ -192,6 +243,9 @@ def main() -> None:
                 row = row_of(list(pool.map(drive_through_hall, [width] * 3, [robots] * 3, seeds[:3])))
                 alone = alone or row.time
                 print(f"| {width:g} | {robots} {text_of(row, alone)}", flush=True)
+            if width == OFF_IN:
+                row = row_of(list(pool.map(drive_through_hall, [width] * 3, [2] * 3, seeds[:3], [OFF] * 3)))
+                print(f"| {width:g} | 2, poses 3 cm off {text_of(row, alone)}", flush=True)
 
 
 if __name__ == "__main__":

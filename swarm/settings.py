@@ -44,7 +44,7 @@ class StartSettings(Section, frozen=True, kw_only=True):
     area: Annotated[tuple[Metres, Metres, Metres, Metres], Meta(description="m; x and y of two corners")] | None = None
     poses: Annotated[
         list[tuple[Metres, Metres, Annotated[float, Meta(ge=-6.3, le=6.3)]]] | None,
-        Meta(description="m, m, rad; each in a traffic cell of its own"),
+        Meta(description="m, m, rad; 4 radii apart are always enough"),
     ] = None
     circle: (
         Annotated[

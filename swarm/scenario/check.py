@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from itertools import combinations
+from math import sqrt
 from typing import Final
 
 from swarm.errors import ConfigError
@@ -136,7 +137,7 @@ def _within_cells(scenario: Scenario, poses: list[Pose], grid: Grid) -> None:
 
     Raises:
         ConfigError: a stop is at a wall or cut off, robots that claim one cell cannot hear each other, or two
-            robots start in one cell.
+            robots start too near each other.
     """
     settings = scenario.settings
     cells = cells_of(scenario.map, settings)
@@ -150,8 +151,8 @@ def _within_cells(scenario: Scenario, poses: list[Pose], grid: Grid) -> None:
     for name, (x, y, _) in zip(robot_names(len(poses)), poses, strict=True):
         if not standable_under(cells, (x, y), settings):
             raise ConfigError(
-                f"{settings.name}: start of {name} at ({x:g}, {y:g}): expected a place in a traffic cell, which is "
-                f"{cells.side:g} m wide, got a nook between cells; {_nearest(cells, (x, y), settings)}"
+                f"{settings.name}: start of {name} at ({x:g}, {y:g}): expected a place with room to drive off, got a "
+                f"nook between walls; {_nearest(cells, (x, y), settings)}"
             )
     for where, here, there in _ways_between_stops(scenario, poses, grid):
         if (short := distance_to_stop(cells, there, settings)) > settings.reach:
@@ -161,9 +162,8 @@ def _within_cells(scenario: Scenario, poses: list[Pose], grid: Grid) -> None:
             )
         if not comes_near(cells, here, there, settings):
             raise ConfigError(
-                f"{where}: expected a way over "
-                f"cells of {cells.side:g} m from ({here[0]:.2f}, {here[1]:.2f}), found none; open the map, or set "
-                "`traffic.cell` or `traffic.offset`"
+                f"{where}: expected a way from ({here[0]:.2f}, {here[1]:.2f}) on which a robot reserves squares of "
+                f"{cells.side:g} m, found none; widen the way"
             )
 
 
@@ -171,9 +171,9 @@ def _nearest(cells: CellMap, place: Point, settings: Settings) -> str:
     """Return what to do about a place without a cell: where the nearest is, if there is any."""
     cell = cells.nearest_standable(*place)
     if cell == OUTSIDE:
-        return "open the map, or set `traffic.cell` or `traffic.offset`"
+        return "open the map"
     x, y = cells.move_inside(cell, place, traffic_settings(settings).standing_room)
-    return f"the nearest place is ({x:.2f}, {y:.2f}); move it there, or set `traffic.cell` or `traffic.offset`"
+    return f"the nearest place is ({x:.2f}, {y:.2f}); move it there"
 
 
 def _check_cells_of_starts(settings: Settings, cells: CellMap, poses: list[Pose]) -> None:
@@ -182,14 +182,15 @@ def _check_cells_of_starts(settings: Settings, cells: CellMap, poses: list[Pose]
     Raises:
         ConfigError: two of them do.
     """
-    holders: dict[int, str] = {}
-    for name, (x, y, _) in zip(robot_names(len(poses)), poses, strict=True):
-        cell = cells.cell_of(x, y)
-        if cell != OUTSIDE and (holder := holders.setdefault(cell, name)) != name:
-            middle = cells.centre(cell)
+    holders: dict[int, tuple[str, Pose]] = {}
+    for name, pose in zip(robot_names(len(poses)), poses, strict=True):
+        cell = cells.cell_of(*pose[:2])
+        holder, there = holders.setdefault(cell, (name, pose)) if cell != OUTSIDE else (name, pose)
+        if holder != name:
             raise ConfigError(
-                f"{settings.name}: start: expected {holder} and {name} each in a traffic cell of its own, got both in "
-                f"the cell of {cells.side:g} m around ({middle[0]:.2f}, {middle[1]:.2f}); move one of them"
+                f"{settings.name}: start: expected {holder} at ({there.x:g}, {there.y:g}) and {name} at ({pose.x:g}, "
+                f"{pose.y:g}) farther apart, got {distance(there, pose):.2f} m; {sqrt(2) * cells.side:.2f} m are always "
+                "enough; move one of them"
             )
 
 

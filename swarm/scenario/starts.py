@@ -63,8 +63,8 @@ def _in_cells(scenario: Scenario, robots: int, seed: int) -> list[Pose]:
     room = cells_within(cells, area)
     if robots > len(room):
         raise ConfigError(
-            f"{settings.name}: start.area: expected a cell of {cells.side:g} m for each of {robots} robots, found "
-            f"{len(room)}; enlarge the area, make traffic.cell smaller, or run fewer robots"
+            f"{settings.name}: start.area: expected {cells.side:g} x {cells.side:g} m of floor for each of {robots} "
+            f"robots, found room for {len(room)}; enlarge the area or run fewer robots"
         )
     poses = []
     for number in chance.permutation(len(room))[:robots].tolist():

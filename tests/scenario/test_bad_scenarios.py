@@ -103,11 +103,11 @@ WORLDS: dict[str, tuple[Edit, str]] = {
     "a start outside the map":     (put("start", "poses", 0, value=[-3, 4.0, 0]), f"start of r1 at (-3, 4): {OFF_THE_MAP}"),
     "a start too near a wall":     (put("start", "poses", 0, value=[1.05, 4.0, 0]), "start of r1 at (1.05, 4): expected at least 0.2 m from any wall"),
     "starts that overlap":         (put("start", "poses", 1, value=[2.7, 2.1, 0]), "start: expected r1 and r2 at least 0.4 m apart, got 0.22 m; move one of them"),
-    "starts in one cell":          (put("start", "poses", 1, value=[2.92, 2.4, 0]), "start: expected r1 and r2 each in a traffic cell of its own, got both in the cell of 1 m around (2.50, "),
+    "starts side by side":         (put("start", "poses", 1, value=[2.92, 2.4, 0]), "start: expected r1 at (2.5, 2) and r2 at (2.92, 2.4) farther apart, got 0.58 m; 1.41 m are always enough; move one of them"),
     "more robots than starts":     (put("start", "poses", value=[[2.5, 2.0, 0]]), "start.poses: expected at least 2 poses, got 1; list more of them or run fewer robots"),
     "a target no path reaches":    (room_in_two, "target 2 of r1 at (9.5, 6): expected a way from (9.50, 2.00) wide enough for a radius of 0.2 m, found none; open the map or move the target"),
-    "an area with one cell":       (put("start", value={"area": [1.1, 1.1, 2.3, 2.3]}), "start.area: expected a cell of 1 m for each of 2 robots, found 1; enlarge the area, make traffic.cell smaller, or run fewer robots"),
-    "an area without a cell":      (put("start", value={"area": [5.1, 3.1, 6.9, 4.9]}), "start.area: expected a cell of 1 m for each of 2 robots, found 0; enlarge the area"),
+    "an area with one cell":       (put("start", value={"area": [1.1, 1.1, 2.3, 2.3]}), "start.area: expected 1 x 1 m of floor for each of 2 robots, found room for 1; enlarge the area or run fewer robots"),
+    "an area without a cell":      (put("start", value={"area": [5.1, 3.1, 6.9, 4.9]}), "start.area: expected 1 x 1 m of floor for each of 2 robots, found room for 0; enlarge the area"),
     "a robot wider than its ways": (put("robot", "radius", value=1.2), "from any wall, for the robot's radius; move it"),
 }
 FILES = {
@@ -248,7 +248,7 @@ def test_a_bad_flag_is_refused(
 
 def test_the_fork_server_is_ended_if_the_scenario_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
     """It would import for seconds more on a busy machine, and keep whoever reads the output waiting."""
-    assert "found 25" in refused(capsys, "run", "paper", "--robots", "99", "--dashboard", "off")
+    assert "found room for 25" in refused(capsys, "run", "paper", "--robots", "99", "--dashboard", "off")
     assert forkserver._forkserver._forkserver_pid is None  # type: ignore[attr-defined]
 
 

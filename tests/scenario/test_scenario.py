@@ -140,7 +140,7 @@ def test_a_stop_that_no_way_over_cells_leads_to_is_refused(name: str) -> None:
     door = "##########\n#...#....#\n#........#\n#...#....#\n#...#....#\n##########\n"
     scenario = scenario_of(door, start={"poses": [[2.5, 2.5, 0.0]]}, reach=0.6, traffic=traffic)
     if refused:
-        with pytest.raises(ConfigError, match=r"target 1 of r1 at \(7.5, 3.5\): expected a way over cells of 1 m from"):
+        with pytest.raises(ConfigError, match=r"target 1 of r1 at \(7.5, 3.5\): expected a way from \(.*\) on which a robot reserves squares of 1 m"):
             check(scenario, 1, 1)
     else:
         assert check(scenario, 1, 1).starts == [(2.5, 2.5, 0.0)]
@@ -184,7 +184,7 @@ LONG_AND_NARROW = """\
     [
         (1.2, {}, 1.2, ""),
         (0.6, {}, 1.2, ""),  # cells may reach into walls
-        (0.45, {}, 1.2, "expected a place in a traffic cell"),  # no room to stray in
+        (0.45, {}, 1.2, "expected a place with room to drive off, got a nook between walls"),  # no room to stray in
         (1.2, {"radio": {"range": 3.0}}, 0.8, ""),  # two that claim a cell must hear each other
         (1.2, {"radio": {"range": 2.5}}, 0.6, ""),
         (1.2, {"radio": {"range": 2.1}}, 1.2, "radio.range: expected 3.88 m or more for cells of 1.2 m, got 2.1 m"),

@@ -8,7 +8,7 @@ import { state, wanted } from "./state.js";
 
 const CLICK = 5; // px; a shorter way of the pointer is a click
 const GRAB = 12; // px around a target or start that take hold of it
-const APART = 1.25; // m between two starts, so that each has a traffic cell of its own
+const APART = 1.25; // m between two starts, so that each can reserve floor of its own
 
 /** Make the canvas hear the pointer. `page` has redraw(), carry(promise) for requests, and choose(robot). */
 export function install(canvas, view, page) {

@@ -104,8 +104,8 @@ def _proof_text(who: tuple[str, ...], cells: CellMap) -> str:
     if not cells.has_unused_floor:
         return f"no way exists for {', '.join(who)} to reach their targets together"
     return (
-        f"no plan exists for {', '.join(who)} on this lattice of {cells.side:g} m, which leaves free floor out; "
-        "try another `traffic.offset` or `traffic.cell`"
+        f"no plan exists for {', '.join(who)}: the floor is too narrow there for robots that reserve squares of "
+        f"{cells.side:g} m; move a target or widen the way"
     )
 
 

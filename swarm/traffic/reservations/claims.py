@@ -118,7 +118,8 @@ class CellClaimer:
                     progress = progress.with_room(claim)
         if not room:
             return progress
-        ahead = progress.route[: self.settings.horizon]
+        # at its stop a robot claims none of its way: a cell of it can be one that it needs there
+        ahead = () if situation.docking else progress.route[: self.settings.horizon]
         taken = {
             *progress.reservations.held,
             *[claim.cell for claim in progress.reservations.all_claims],

@@ -222,8 +222,8 @@ def test_a_proof_over_cells_speaks_of_the_floor_only_if_they_leave_no_floor_out(
     ]
     assert texts == [
         "no way exists for r2 to reach their targets together",
-        "no plan exists for r2 on this lattice of 1.2 m, which leaves free floor out; "
-        "try another `traffic.offset` or `traffic.cell`",
+        "no plan exists for r2: the floor is too narrow there for robots that reserve squares of 1.2 m; "
+        "move a target or widen the way",
     ]
 
 

@@ -45,6 +45,7 @@ def step(
     blocked: str = "",
     cleared: str = "",
     room: str = "",
+    docking: str = "",
     entries: dict[int, Entry] | None = None,
     body: str = "a",
     off: float = 0.0,
@@ -55,7 +56,7 @@ def step(
     cell, fresh = floor.at(body)[0], {one.robot: one for one in others}
     pose = floor.pose(cell)
     situation = Situation(
-        tick=NOW, cells=floor.cells, head=progress.head, goal=FLOOR.at("h")[0], blocked=frozenset(floor.at(blocked)), cleared=frozenset(("r8", one) for one in floor.at(cleared)), others=fresh | {one.robot: one for one in silent}, fresh=fresh
+        tick=NOW, cells=floor.cells, head=progress.head, goal=FLOOR.at("h")[0], blocked=frozenset(floor.at(blocked)), cleared=frozenset(("r8", one) for one in floor.at(cleared)), others=fresh | {one.robot: one for one in silent}, fresh=fresh, docking=floor.at(docking)
     )  # fmt: skip
     plan = None
     if entries is not None:
@@ -184,6 +185,7 @@ ROOMS: dict[str, tuple[ClaimResult, str]] = {  # the step: cells beside the way 
     "nothing blocked":                       (step(way("a", "b"), room="ij", blocked="i"),               "j"),
     "nothing too far":                       (step(way("a", "b"), room="klm", off=0.0),                  "k"),
     "nothing that somebody holds":           (step(way("a", "b"), other("r2", "i"), room="ij"),          "j"),
+    "at its stop, one of its way too":       (step(way("a", "bc"), room="bi", docking="bi"),             "bi"),
     "nothing where walls stop the radio":    (step(way("a", "b"), room="ij", settings=IN_SIGHT),         ""),
 }
 # fmt: on
