@@ -4,7 +4,7 @@ The meeting is a ``Simulation`` of the floor of ``doorway.yaml``, one robot on e
 picture shows of it was said or done by those robots: senses, commands, claims, acknowledgements, a joint plan.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import cache
 from itertools import pairwise
@@ -20,7 +20,7 @@ from swarm.maps.occupancy import Point
 from swarm.messages.traffic import JointPlan, Record
 from swarm.planning.path import plan
 from swarm.scenario.load import Scenario, load
-from swarm.scenario.prepare import prepare
+from swarm.scenario.prepare import prepare, settle_lattice
 from swarm.settings import RadioSettings, StartSettings
 from swarm.traffic.lattice.cell_map import CellMap
 from swarm.traffic.lattice.placement import cells_of
@@ -36,6 +36,8 @@ SEED: Final = 1
 LASTS: Final = 100  # ticks of the meeting; in them they agree on a joint plan, and hold the first cells of it
 FIRST: Final = 43  # tick of the first picture: r2 speaks in it, r1 in the next
 SHOWN: Final = 6  # ticks in it
+AWAY: Final = (5.4, 7.9, 0.0)  # m, m, rad
+CORNER: Final = (8.37, 7.17)  # m; a place near the corner of four cells
 LISTENER: Final = 13  # of doorway.yaml's starts, the one whose hearing is drawn: r14
 
 
@@ -212,6 +214,37 @@ def _floor_with_holds(sheet: Sheet, met: Meeting, when: int) -> None:
         sheet.robot(name, pose, met.scenario.settings.robot.radius)
 
 
+def place() -> str:
+    """Draw how a robot comes to a place at the corner of four cells: along its way, then straight, over held cells."""
+    scenario = settle_lattice(load(SCENARIOS / "doorway.yaml"))  # the place is sent to it later
+    settings = changed(
+        scenario.settings, start=StartSettings(poses=[AWAY]), own_targets=[[CORNER]], reach=0.05, robots=1
+    )
+    run = Simulation.of(replace(scenario, settings=settings), 1, SEED)
+    cells, radius = cells_of(run.scenario.map, run.scenario.settings), settings.robot.radius
+    x, y = CORNER
+    low, high = (x - 3 * cells.side, y - 1.5 * cells.side), (x + 1.5 * cells.side, y + 1.5 * cells.side)
+    sheet = Sheet(
+        "A place at the corner of four cells", low, high, 60,
+        ("filled: the cells that the robot holds there; line: what it has driven",),
+    )  # fmt: skip
+    for number in range(len(cells)):
+        if sheet.shows(cells.centre(number), cells.side / 2):
+            sheet.square(cells.centre(number), cells.side, 'class="ring faint"')
+    sheet.floor(run.scenario.map)
+    driven: list[Point] = []
+    held: Sequence[int] = ()
+    while not run.world.is_finished:
+        driven.append(run.world.poses()[0][:2])
+        held = run.step().commands["r1"].held
+    for number in held:
+        sheet.square(cells.centre(number), cells.side - 0.06, f'fill="{colour("r1")}" fill-opacity="0.4"')
+    sheet.line(driven, f'stroke="{colour("r1")}" stroke-width="3"')
+    sheet.disc(CORNER, 0.08, 'class="dot"')
+    sheet.robot("r1", run.world.poses()[0], radius)
+    return sheet.svg()
+
+
 def joint_plan() -> str:
     """Draw the joint plan of the meeting as it is told: each robot's way, and who enters a cell after whom."""
     met = meeting()
@@ -277,6 +310,7 @@ PICTURES: Final[dict[str, Callable[[], str]]] = {
     "pictures/target.svg": target,
     "pictures/cell.svg": cell,
     "pictures/reservation.svg": reservation,
+    "pictures/place.svg": place,
     "pictures/joint-plan.svg": joint_plan,
     "pictures/radio.svg": radio,
 }

@@ -80,7 +80,7 @@ class PilotTuning(NamedTuple):
     docks_straight: float = 0.35
     docks_turning: float = 2.0  # 1/s, its turn for an error of its heading where the tables would turn away
     pulls_in: float = 0.1  # m from the middle of a narrow cell, where a robot drives straight to it until it is inside
-    circle: float = 0.3  # m, the least radius of a circle that the tables drive round a place
+    circle: float = 0.75  # track widths, the least radius of a circle that the tables drive round a place
     # of the chosen speeds, while commands reach the wheels late: the first with which the robot stays in its cells
     shares: tuple[float, ...] = (1.0, 0.5, 0.25)
     well_within: float = 0.9  # share of ``reach`` within which a robot that is done need not come nearer to its stop

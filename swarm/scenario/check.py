@@ -189,8 +189,8 @@ def _check_cells_of_starts(settings: Settings, cells: CellMap, poses: list[Pose]
         if holder != name:
             raise ConfigError(
                 f"{settings.name}: start: expected {holder} at ({there.x:g}, {there.y:g}) and {name} at ({pose.x:g}, "
-                f"{pose.y:g}) farther apart, got {distance(there, pose):.2f} m; {sqrt(2) * cells.side:.2f} m are always "
-                "enough; move one of them"
+                f"{pose.y:g}) farther apart, got {distance(there, pose):.2f} m, and {sqrt(2) * cells.side:.2f} m are "
+                "always enough; move one of them"
             )
 
 

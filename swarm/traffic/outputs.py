@@ -254,7 +254,7 @@ def outputs_of(
         room=result.room,
         exactly=stops or to_look or result.docked,
         looks=not stops and to_look and not result.docked,
-        docks=result.docked and not result.situation.done,
+        docks=result.docked,
         face=result.face,
         waits=find_hinderers(result, doing),
         activity=doing,

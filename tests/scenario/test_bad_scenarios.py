@@ -103,7 +103,7 @@ WORLDS: dict[str, tuple[Edit, str]] = {
     "a start outside the map":     (put("start", "poses", 0, value=[-3, 4.0, 0]), f"start of r1 at (-3, 4): {OFF_THE_MAP}"),
     "a start too near a wall":     (put("start", "poses", 0, value=[1.05, 4.0, 0]), "start of r1 at (1.05, 4): expected at least 0.2 m from any wall"),
     "starts that overlap":         (put("start", "poses", 1, value=[2.7, 2.1, 0]), "start: expected r1 and r2 at least 0.4 m apart, got 0.22 m; move one of them"),
-    "starts side by side":         (put("start", "poses", 1, value=[2.92, 2.4, 0]), "start: expected r1 at (2.5, 2) and r2 at (2.92, 2.4) farther apart, got 0.58 m; 1.41 m are always enough; move one of them"),
+    "starts side by side":         (put("start", "poses", 1, value=[2.92, 2.4, 0]), "start: expected r1 at (2.5, 2) and r2 at (2.92, 2.4) farther apart, got 0.58 m, and 1.41 m are always enough; move one of them"),
     "more robots than starts":     (put("start", "poses", value=[[2.5, 2.0, 0]]), "start.poses: expected at least 2 poses, got 1; list more of them or run fewer robots"),
     "a target no path reaches":    (room_in_two, "target 2 of r1 at (9.5, 6): expected a way from (9.50, 2.00) wide enough for a radius of 0.2 m, found none; open the map or move the target"),
     "an area with one cell":       (put("start", value={"area": [1.1, 1.1, 2.3, 2.3]}), "start.area: expected 1 x 1 m of floor for each of 2 robots, found room for 1; enlarge the area or run fewer robots"),

@@ -140,7 +140,10 @@ def test_a_stop_that_no_way_over_cells_leads_to_is_refused(name: str) -> None:
     door = "##########\n#...#....#\n#........#\n#...#....#\n#...#....#\n##########\n"
     scenario = scenario_of(door, start={"poses": [[2.5, 2.5, 0.0]]}, reach=0.6, traffic=traffic)
     if refused:
-        with pytest.raises(ConfigError, match=r"target 1 of r1 at \(7.5, 3.5\): expected a way from \(.*\) on which a robot reserves squares of 1 m"):
+        with pytest.raises(
+            ConfigError,
+            match=r"target 1 of r1 at \(7.5, 3.5\): expected a way from \(.*\) on which a robot reserves squares of 1 m",
+        ):
             check(scenario, 1, 1)
     else:
         assert check(scenario, 1, 1).starts == [(2.5, 2.5, 0.0)]

@@ -63,6 +63,29 @@ def test_they_pass_with_poses_that_are_3_cm_off() -> None:
     assert_clean(Simulation.of(replace(scenario, settings=settings), 2, 1).run(limit=250.0))
 
 
+WIDE = "\n".join(["#" * 30, *["#" + "." * 28 + "#"] * 5, "#" * 30])  # 2.5 m between the walls
+HEAD_ON: dict[str, dict[str, object]] = {
+    "large": {"radius": 0.45, "track_width": 0.8},
+    "small": {"radius": 0.06, "track_width": 0.1},
+}
+
+
+@pytest.mark.parametrize("size", HEAD_ON)
+def test_large_and_small_robots_pass_on_the_same_floor_and_come_to_rest(size: str) -> None:
+    """The large ones drove round their places for a minute, in arcs that were wider than what was left of the way."""
+    scenario = scenario_of(
+        WIDE,
+        map={"text": WIDE, "cell": 0.5},
+        start={"poses": [[1.5, 1.7, 0.0], [13.0, 1.7, 3.1]]},
+        targets=[],
+        own_targets=[[[13.0, 1.7]], [[1.5, 1.7]]],
+        robots=2,
+        robot=HEAD_ON[size],
+        return_home=False,
+    )
+    assert_clean(Simulation.of(scenario, 2, 1).run(limit=60.0))
+
+
 SHUFFLE = "\n".join(["########", *["#......#"] * 6, "########"])
 CORNERS = [(1.2 + 1.2 * (number % 3), 1.2 + 1.2 * (number // 3)) for number in range(8)]  # m
 
