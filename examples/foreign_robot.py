@@ -2,7 +2,8 @@
 
 Written from docs/wire.md, docs/traffic-contract.md and docs/integration.md; it needs zenoh and msgpack only. It drives
 from the middle of a cell to the middle of the next, claims cells, acknowledges the claims of others and follows joint
-plans. Into the cell of a silent robot it looks before it takes it. It leads no joint plan and relays no records.
+plans. To a place that it does not reach inside a cell it drives straight from one, over cells that it claims for that.
+Into the cell of a silent robot it looks before it takes it. It leads no joint plan and relays no records.
 """
 
 import itertools
@@ -147,6 +148,43 @@ class Lattice:
         u, v = x + max(-slack, min(slack, u - x)), y + max(-slack, min(slack, v - y))
         return self.on_map(u, v) if self.clear(u, v, room - 0.03) else self.on_map(x, y)
 
+    def between(self, start, end):
+        """List points of a straight line in the map [m], 5 cm apart at most."""
+        count = max(1, ceil(hypot(end[0] - start[0], end[1] - start[1]) / 0.05))
+        return [
+            (start[0] + k / count * (end[0] - start[0]), start[1] + k / count * (end[1] - start[1]))
+            for k in range(count + 1)
+        ]
+
+    def straight_from(self, wish, radius, room, reach):
+        """Return the cell from whose middle a body drives straight to a wish, and the other cells it needs there [m].
+
+        They are () if it comes within ``reach`` inside the wish's own cell; it keeps ``room`` to the cell's edge.
+        """
+        here = self.cell_of(*wish)
+        if here < 0:
+            return here, ()
+        x, y = self.place(here, wish, room)
+        if self.stands[here] and hypot(x - wish[0], y - wish[1]) + NEAR <= reach:
+            return here, ()
+        row, column = divmod(here, self.columns)
+        around = [
+            i * self.columns + j
+            for i in range(max(0, row - 1), min(self.rows, row + 2))
+            for j in range(max(0, column - 1), min(self.columns, column + 2))
+        ]
+        around = [cell for cell in around if self.stands[cell]]
+        for cell in sorted(around, key=lambda one: (one != here, hypot(*self.gap(one, wish)), one)):
+            line = self.between(self.middle(cell), wish)
+            if all(self.clear(*self.own(*point), radius + 0.04) for point in line):
+                needed = {one for point in line for one in self.touched(*point, radius + 0.03)}
+                return cell, tuple(sorted((needed | set(self.touched(*wish, room))) - {cell}))
+        return here, ()
+
+    def gap(self, cell, wish):
+        x, y = self.middle(cell)
+        return x - wish[0], y - wish[1]
+
     def way(self, start, goal, without):
         """Return a quick way of cells, the start left out; [] if there is none. A turn costs as much as a cell."""
         came, ready = {}, [(0, start, 0, None)]
@@ -196,13 +234,15 @@ class Brain:
         self.error = 0.0  # m, how far its pose may be off
         self.others, self.held, self.route, self.claims = {}, [], [], []
         self.goal, self.wants, self.moved, self.plans = -1, 0, 0, 0
-        self.plan = self.frozen = self.refused = None
+        self.plan = self.frozen = self.refused = self.wish = None
+        self.beside, self.straight = (), False  # cells beside the goal that its place needs; it drives there now
+        self.off = set()  # cells that it holds or held for a place, off its way
         self.step_in_plan, self.adopted, self.frozen_since, self.spent = 0, 0, 0, {}
         self.waits, self.number, self.seen = [], 0, {}
 
     def take_map(self, welcome):
         self.lattice, self.edits = Lattice(welcome["packed"], self.settings), welcome["edits"]
-        self.route, self.plan = [], None
+        self.route, self.plan, self.wish = [], None, None
 
     # --- what the others say
 
@@ -346,14 +386,22 @@ class Brain:
             self.held = [*sorted(set(under) - {here}), here]
         self.held = [cell for cell in under if cell not in self.held] + self.held
         at = self.held.index(here)
-        kept = [cell for place, cell in enumerate(self.held) if place >= at or cell in under]
+        visits = self.off if here in self.off else self.beside if self.held[-1] == self.goal and not self.route else ()
+        kept = [cell for place, cell in enumerate(self.held) if place >= at or cell in under or cell in visits]
         self.moved = self.tick if kept != self.held else self.moved
         self.held = kept
+        self.off &= {*kept}
 
     def find_way(self):
         target = next((number for number, done in enumerate(self.reached) if not done), None)
         wish = self.stops[-1] if target is None else self.stops[target]
-        goal = self.lattice.cell_of(*wish)
+        if wish != self.wish:
+            self.wish, self.straight = wish, False
+            room = self.radius + 0.08 + self.error
+            self.stop = self.lattice.straight_from(wish, self.radius + self.error, room, self.settings["reach"])
+        goal, beside = self.stop
+        asked = any({goal, *beside} & set(one.get("ahead", [])) for one in self.fresh().values())
+        self.beside = () if target is None and (asked or not set(beside) <= set(self.held)) else beside
         if goal != self.goal:
             self.goal, self.wants, self.plan, self.route = goal, self.tick, None, []
         if self.plan and self.stays_in_plan():
@@ -379,7 +427,14 @@ class Brain:
         """Claim the next cells of the way, and take those that all near have acknowledged."""
         fresh, self.waits = self.fresh(), []
         asked = [name for name, one in fresh.items() if hypot(one["x"] - pose[0], one["y"] - pose[1]) <= self.asking]
-        self.claims = [claim for claim, cell in zip(self.claims, self.route, strict=False) if claim[0] == cell]
+        self.claims = [
+            claim
+            for claim, cell in itertools.zip_longest(self.claims, self.route)
+            if claim and (claim[0] in self.beside if self.visits() else claim[0] == cell)
+        ]
+        if self.visits():
+            self.claim_beside(asked)
+            return
         ahead = len(self.held) - 1 - self.held.index(self.lattice.cell_of(*pose))
         for place, cell in enumerate(self.route[: max(0, 3 - ahead)]):
             first, holders = self.turn_of(self.step_in_plan + 1 + place), self.holders(cell)
@@ -391,6 +446,10 @@ class Brain:
             empty, seen = self.seen.get(cell, (True, 0))
             stands_there = not empty and self.tick - seen < 400
             if cell in self.held or stands_there or hypot(x - pose[0], y - pose[1]) > self.claim_radius:
+                break
+            visitors = self.visitors(cell)
+            if visitors and not first:
+                self.waits = visitors if place == 0 else []
                 break
             if first or self.claimants(cell) or (holders and not queues):
                 self.waits = hindered if place == 0 else []
@@ -409,9 +468,44 @@ class Brain:
                 self.waits = unanswered if self.tick - stamp > 40 else []
                 break
             self.claims.pop(0)
+            self.off.discard(self.route[0])
             self.held.append(self.route.pop(0))
             self.step_in_plan += 1
             self.moved = self.tick
+
+    def visits(self):
+        """Return True if it is in its goal cell and needs more cells to come to its place."""
+        return bool(self.beside) and self.held[-1] == self.goal and not self.route and not all(self.reached)
+
+    def visitors(self, cell):
+        """List the robots that stand at their stops and need a cell: who holds one such cell may still enter others."""
+        found = []
+        for name, one in self.fresh().items():
+            held, ahead, goal = one.get("held", []), one.get("ahead", []), one["goal"]
+            there = bool(held) and held[-1] == goal and one.get("then", -1) == -1 and goal not in ahead
+            if there and not (one.get("done") or one.get("idle")) and cell in ahead and not set(ahead) & set(self.held):
+                found.append(name)
+        return found
+
+    def claim_beside(self, asked):
+        """Claim all cells that its place needs, unless others have some of them; take those that all near granted."""
+        owners = {
+            name for cell in self.beside for name in [*self.holders(cell), *(who for _, who in self.claimants(cell))]
+        }
+        self.waits = sorted(owners)
+        if not owners:
+            for cell in set(self.beside) - set(self.held) - {claim[0] for claim in self.claims}:
+                self.number += 1
+                self.claims.append([cell, self.number, self.tick])
+        for claim in list(self.claims):
+            cell, number, stamp = claim
+            older = [name for when, name in self.claimants(cell) if (when, name) < (stamp, self.me)]
+            agreed = all([self.me, number] in self.others[name].get("acks", []) for name in asked)
+            if agreed and self.tick - stamp >= self.ripe and not older and not self.holders(cell):
+                self.claims.remove(claim)
+                self.held = [cell, *self.held]
+                self.off.add(cell)
+                self.moved = self.tick
 
     def grant(self, pose):
         """Acknowledge each claim of another robot, unless this one holds the cell or has an older claim."""
@@ -439,9 +533,17 @@ class Brain:
     def wheels(self, sense, wish):
         """Drive from middle to middle of the held cells, or to a place in the goal's cell: turn first, then go."""
         pose, yaw = (sense["x"], sense["y"]), sense["yaw"]
-        points = [self.lattice.middle(cell) for cell in self.held[self.held.index(self.lattice.cell_of(*pose)) :]]
+        here = self.lattice.cell_of(*pose)
+        points = [self.lattice.middle(cell) for cell in self.held[self.held.index(here) :] if cell not in self.off]
         if self.held[-1] == self.goal:
-            points[-1] = self.lattice.place(self.goal, wish, self.radius + 0.08 + self.error)
+            mine = bool(self.beside) and set(self.beside) <= set(self.held)
+            if self.beside:
+                x, y = points[-1]
+                near = here == self.goal and hypot(x - pose[0], y - pose[1]) < 2 * NEAR
+                self.straight = mine and (self.straight or near)
+                points = [wish] if self.straight else points
+            elif set(self.stop[1]).isdisjoint(self.held):
+                points[-1] = self.lattice.place(self.goal, wish, self.radius + 0.08 + self.error)
         if len(points) > 1 and self.passed(pose, *points[:2]):
             points = points[1:]
         (x, y), away = points[0], hypot(points[0][0] - pose[0], points[0][1] - pose[1])
@@ -573,7 +675,7 @@ class Brain:
                 "goal": self.goal,
                 "done": done,
                 "wants": self.wants,
-                "ahead": self.route[:6],
+                "ahead": [*self.route, *(self.beside if self.visits() else ())][:6],
                 "waits": self.waits,
                 "moved": self.moved,
                 "frozen": self.frozen,

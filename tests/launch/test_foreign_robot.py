@@ -10,6 +10,7 @@ from typing import Any, Final
 
 import pytest
 
+from benchmarks.floor import mission_to_places
 from swarm.bus import Endpoint
 from swarm.scenario.load import Scenario
 from tests.launch.actors import FAREWELL, Command
@@ -75,6 +76,14 @@ def test_it_comes_back_when_the_router_was_away(tmp_runtime: Path) -> None:
         assert world.end() == 0, world.text
         assert foreign.wait(FAREWELL) == 0
     assert_it_keeps_the_contract(json.loads(file.read_text()), "r4")
+
+
+def test_it_comes_to_places_that_lie_between_cells(paper: Scenario) -> None:
+    run = with_foreign(mission_to_places(paper, 2, 3, 0.1, seed=1), 2, seed=1, number=1)
+    report = run.run(limit=300.0)
+    assert report["complete"], report["reason"]
+    assert sum(report["contacts"].values()) == 0
+    assert (report["traffic"]["overlaps"], report["traffic"]["outside"]) == (0, 0)
 
 
 @pytest.mark.long("a whole mission; make test drives it over processes")
