@@ -113,6 +113,9 @@ class Chain(CauseLinks):
         if leaves and moves:
             self._say(depth, name, Clause.DRIVES, f"{drives}.")
             return
+        if decided.situation.docking:
+            self._at_stop(name, decided, depth)
+            return
         if not progress.route:
             self._at_the_end(name, decided, depth)
             return
@@ -143,6 +146,27 @@ class Chain(CauseLinks):
         else:
             text = f"{name} stands {at}, and no rule says why."
             self._say(depth, name, Clause.UNKNOWN, text, cell=cell)
+
+    def _at_stop(self, name: str, decided: StepResult, depth: int) -> None:
+        """Add why a robot in the cell of its stop is not at the place yet, for which it needs cells beside its own."""
+        reservations, needed = decided.progress.reservations, decided.situation.docking
+        lacking = [cell for cell in needed if cell not in reservations.held]
+        text = f"{name} is in the cell of its stop, {decided.progress.head}"
+        if not lacking:
+            self._say(depth, name, Clause.REACHES, f"{text}, holds all cells that the place needs, and drives to it.")
+            return
+        self._say(
+            depth, name, Clause.REACHES, f"{text}, and needs the cells {_list(lacking)} too to come to the place."
+        )
+        claims = [claim for claim in reservations.beside if claim.cell in lacking]
+        if decided.waits:
+            other = decided.waits[0]
+            record = decided.situation.others.get(other)
+            kept = {*record.held, *_cells(record.claims)} if record is not None else set()
+            cell = next((cell for cell in lacking if cell in kept), lacking[0])
+            self._waits(name, other, cell, decided, depth + 1)
+        elif claims:
+            self._claim(name, claims[0], decided, depth + 1)
 
     def _at_the_end(self, name: str, decided: StepResult, depth: int) -> None:
         """Add why a robot without a way stands where it is."""
@@ -186,7 +210,7 @@ class Chain(CauseLinks):
         theirs, behind = self._decision_of(other), False
         if record is None:
             self._say(depth, name, Clause.SILENT, f"{name} waits for {other}, of which it knows nothing.", other, cell)
-        elif plan is not None and plan.waits_for(progress.next_step, situation) == other:
+        elif plan is not None and not situation.docking and plan.waits_for(progress.next_step, situation) == other:
             place = plan.entries[progress.next_step].place
             text = (
                 f"{name} waits in cell {progress.head} for its turn: by the joint plan of {plan.epoch.leader} "

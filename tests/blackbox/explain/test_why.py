@@ -1,6 +1,6 @@
 """`why`: each clause is named where its cause was planted, and never a holder that does not hold."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
@@ -122,6 +122,30 @@ def test_the_holder_of_the_next_cell_is_named_and_why_it_stays() -> None:
         ("r1", Clause.SILENT, "r2"),
         ("r2", Clause.GONE, None),
     ]
+
+
+def test_at_its_stop_a_robot_names_the_cells_that_its_place_needs_and_who_has_them() -> None:
+    """The place of r1 is the corner of four cells; r2 stands in one of them."""
+    fields: dict[str, Any] = {
+        "start": {"poses": [[1.8, 1.8, 0.0], [6.6, 3.0, 0.0]]},
+        "own_targets": [[[5.95, 2.35]], [[9.0, 1.8]]],
+        "reach": 0.1,
+    }
+    told = first(two(Faults(killed={"r2": 0.5}), **fields), Clause.HELD, "r1")
+    decided = told.moment.robots["r1"].last_decision
+    assert decided is not None
+    needs = f"and needs the cells {_named(decided.situation.docking)} too to come to the place."
+    assert told.causes[0].text.endswith(needs)
+    assert [(cause.robot, cause.clause, cause.other) for cause in told.causes] == [
+        ("r1", Clause.REACHES, None),
+        ("r1", Clause.HELD, "r2"),
+        ("r1", Clause.SILENT, "r2"),
+        ("r2", Clause.GONE, None),
+    ]
+
+
+def _named(cells: Sequence[int]) -> str:
+    return ", ".join(map(str, cells))
 
 
 def test_a_robot_that_has_just_started_listens_and_so_does_one_that_woke() -> None:
