@@ -47,7 +47,7 @@ def test_a_tape_gives_the_recordings_that_a_dashboard_has_made(small: Path, tmp_
     record, tape, out = (tmp_runtime / name for name in ("live.rrd", "run.swarm", "out.rrd"))
     options = ("--pace", "5", "--limit", "25", "--record", str(record), "--record", str(tape))
     with Fleet(small, "--wait", *options, runtime=tmp_runtime) as fleet, fleet.bus() as bus:
-        fleet.await_all(bus)
+        fleet.await_all(bus, "dashboard")
         assert main(["go"]) == 0
         await_clock(bus, lambda clock: clock.tick > 40)
         assert main(["restart"]) == 0

@@ -264,10 +264,10 @@ class Fleet(Command):
                         raise
             yield bus
 
-    def await_all(self, bus: Bus) -> None:
-        """Wait until the world and every robot are present, and note the family."""
+    def await_all(self, bus: Bus, *besides: str) -> None:
+        """Wait until the world and every robot are present, and whoever ``besides``, and note the family."""
         bus.watch_presence()
-        missing = {"world"} | {f"r{number}" for number in range(1, self.robots + 1)}
+        missing = {"world", *besides} | {f"r{number}" for number in range(1, self.robots + 1)}
         try:
             while missing:
                 missing.remove(await_message(bus, Presence, lambda one: one.alive and one.id in missing, "absent").id)
