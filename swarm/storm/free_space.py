@@ -17,9 +17,18 @@ Grid = NDArray[np.bool_]  # [row, column], row 0 at the bottom; True is solid
 
 
 def gaps(solid: Grid, side: float, points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the distance [m] from each point (n, 2) to the nearest solid square of a ``side`` [m]."""
-    rows, columns = np.nonzero(solid)
+    """Return the distance [m] from each point (n, 2) to the nearest solid square of a ``side`` [m].
+
+    A square with solid squares all around it is the nearest one only of points inside it.
+    """
+    high, wide = solid.shape
+    around = np.pad(solid, 1)
+    inner = np.logical_and.reduce([around[up : up + high, to : to + wide] for up in range(3) for to in range(3)])
+    rows, columns = np.nonzero(solid & ~inner)
+    at = np.floor(points / side).astype(np.int64)
+    on = ((at >= 0) & (at < (wide, high))).all(axis=1)
     least = np.full(len(points), np.inf)
+    least[on] = np.where(inner[at[on, 1], at[on, 0]], 0.0, np.inf)
     for x, y in zip(columns * side, rows * side, strict=True):
         dx = np.maximum(np.maximum(x - points[:, 0], points[:, 0] - x - side), 0.0)
         dy = np.maximum(np.maximum(y - points[:, 1], points[:, 1] - y - side), 0.0)
