@@ -448,7 +448,7 @@ class Brain:
             if cell in self.held or stands_there or hypot(x - pose[0], y - pose[1]) > self.claim_radius:
                 break
             visitors = self.visitors(cell)
-            if visitors and not first:
+            if visitors and not self.plan:
                 self.waits = visitors if place == 0 else []
                 break
             if first or self.claimants(cell) or (holders and not queues):

@@ -156,7 +156,8 @@ class CellClaimer:
                 return progress, ()
             if self.settings.in_sight and not self._would_be_heard(progress.head, cell, pose, situation.cells):
                 return progress, ()
-            if at_stop := _robots_at_stop(cell, progress, situation):
+            # a joint plan is for all: who stands at its stop may wait for a robot that waits for this one
+            if plan is None and (at_stop := _robots_at_stop(cell, progress, situation)):
                 return progress, at_stop if ahead == 0 else ()
             case = self._case(Claim(cell, progress.reservations.number, situation.tick), progress, situation, NOBODY)
             against = find_violated_rule(ASK, case)

@@ -95,6 +95,8 @@ THERE = other("r2", "b", epoch=PLAN, left=1, entered=1)  # in the visit of b tha
 COMING = other("r2", "j", epoch=PLAN, left=0, entered=0)
 SILENT = other("r8", "b", stamp=0)
 
+AT_STOP = other("r2", "j", goal=BESIDE_B, ahead=FLOOR.at("bc"))  # it needs these two cells to come to its place
+
 # fmt: off
 ASKS: dict[str, tuple[ClaimResult, str, tuple[str, ...]]] = {  # the step: cells claimed, who is waited for
     "as far as it may be heard":            (step(way()),                                               "bc",  ()),
@@ -119,6 +121,9 @@ ASKS: dict[str, tuple[ClaimResult, str, tuple[str, ...]]] = {  # the step: cells
     "another cell was seen to be empty":    (step(way(), other("r2", "b"), silent=(SILENT,), cleared="c"), "", ("r2", "r8")),
     "or the silent one's own":              (step(way(), other("r2", "b"), silent=(SILENT,), cleared="b"), "bc", ("r2",)),
     "but one that was seen to be empty":    (step(way(), silent=(SILENT,), cleared="b"),                "bc",  ()),
+    "not what a robot at its stop needs":   (step(way(), AT_STOP),                                      "",    ("r2",)),
+    "unless it holds some of that":         (step(way("ac", "bdefgh"), AT_STOP),                        "b",   ()),
+    "or a joint plan leads it there":       (step(way(steps=(0,)), AT_STOP, entries={}),                "bc",  ()),
     "in a plan, when it is its turn":       (step(way(steps=(0,)), COMING, entries={}),                 "bc",  ()),
     "not before it is":                     (step(way(steps=(0,)), COMING, entries={1: Entry(1, "r2", 1)}), "", ("r2",)),
     "up to where it is not":                (step(way(steps=(0,)), COMING, entries={2: Entry(2, "r2", 1)}), "b", ()),
