@@ -1,7 +1,7 @@
 """Any place on the floor, and halls that are two robots wide: ``python -m benchmarks.floor [--seeds N] [--start A]``.
 
-Five tables: how many random free places a fleet refuses as a stop, and how many of them one robot drives to, one after
-the other; where a robot comes to rest; missions to such places, against the same missions with a reach of 0.4 m; and
+Four tables: how many random free places a fleet refuses as a stop; how many of them one robot drives to, one after the
+other, with the smallest reach, and where robots come to rest; missions to such places, against the same missions with a reach of 0.4 m; and
 robots head on in halls, against one robot alone, with poses that are 3 cm off too. Places and halls know no lattice: a
 body with 5 cm around it is clear of the drawn walls; in a hall each seed draws other starts. ``--also`` names more
 scenario files, for the first two tables.
@@ -143,18 +143,18 @@ def drive_through_hall(
     return drive(scenario, robots, seed)
 
 
-def visit_all(name: str, reach: float, seed: int) -> tuple[int, float, int]:
+def visit_all(name: str, seed: int) -> tuple[int, float, int]:
     """Return how many of the places one robot drives to, the time of each [s], and its contacts."""
-    mission = mission_to_places(load_scenario(name), 1, PLACES, reach, seed)
+    mission = mission_to_places(load_scenario(name), 1, PLACES, REACHES[-1], seed)
     simulation = Simulation.of(mission, 1, seed)
     report = simulation.run(limit=A_PLACE * PLACES)
     visited = sum(time is not None for time in simulation.world.tasks.missions.reached_at[0])
     return visited, report["sim_time"] / max(1, visited), sum(report["contacts"].values())
 
 
-def find_rest(name: str, reach: float, seed: int) -> float:
+def find_rest(name: str, seed: int) -> float:
     """Return how far from a random place [m] a robot comes to rest that was sent there; inf: it never came."""
-    mission = mission_to_places(load_scenario(name), 1, 1, reach, seed)
+    mission = mission_to_places(load_scenario(name), 1, 1, REACHES[-1], seed)
     simulation = Simulation.of(mission, 1, seed)
     if not simulation.run(limit=LIMIT)["complete"]:
         return inf
@@ -209,24 +209,24 @@ def main() -> None:
     print(f"load {load_of_machine()}, seeds {seeds[0]} to {seeds[-1]}\n")
     with ProcessPoolExecutor() as pool:
         maps, many = (*MAPS, *HELD_BACK, *options.also), len(REACHES)
+        print("| map | reach [m] | refused | not reached inside one cell |\n|---|---|---|---|")
+        for name in maps:
+            found = list(pool.map(count_refused, [name] * many, REACHES, [seeds[0]] * many))
+            for reach, (refused, outside) in zip(REACHES, found, strict=True):
+                print(f"| {Path(name).stem} | {reach:g} | {refused} of {PLACES} | {outside} of {PLACES} |", flush=True)
         print(
-            "| map | reach [m] | refused | not reached inside one cell | visited | contacts | time of each [s] |\n"
-            "|---|---|---|---|---|---|---|"
+            f"\n| map, reach {REACHES[-1]:g} m | visited | contacts | time of each [s] | rests of {RESTS} "
+            "| mean distance [m] | greatest [m] |\n|---|---|---|---|---|---|---|"
         )
-        for name in maps:
-            arguments = [name] * many, REACHES, [seeds[0]] * many
-            found = zip(REACHES, pool.map(count_refused, *arguments), pool.map(visit_all, *arguments), strict=True)
-            for reach, (refused, outside), (visited, time, contacts) in found:
-                print(
-                    f"| {Path(name).stem} | {reach:g} | {refused} of {PLACES} | {outside} of {PLACES} "
-                    f"| {visited} of {PLACES} | {contacts} | {time:.1f} |",
-                    flush=True,
-                )
-        print("\n| map | rests of 30, reach 0.05 m | mean distance [m] | greatest [m] |\n|---|---|---|---|")
-        for name in maps:
-            rests = list(pool.map(find_rest, [name] * RESTS, [REACHES[-1]] * RESTS, range(seeds[0], seeds[0] + RESTS)))
+        visits = pool.map(visit_all, maps, [seeds[0]] * len(maps))
+        for name, (visited, time, contacts) in zip(maps, visits, strict=True):
+            rests = list(pool.map(find_rest, [name] * RESTS, range(seeds[0], seeds[0] + RESTS)))
             at = [rest for rest in rests if rest < inf]
-            print(f"| {Path(name).stem} | {len(at)} | {mean(at):.3f} | {max(at):.3f} |", flush=True)
+            print(
+                f"| {Path(name).stem} | {visited} of {PLACES} | {contacts} | {time:.1f} | {len(at)} "
+                f"| {mean(at):.3f} | {max(at):.3f} |",
+                flush=True,
+            )
         head = "complete | contacts | two owners; outside | time [s] | times that at {} | settling [s] | tables |"
         print(f"\n| fleet | reach [m] | {head.format('0.4 m')}\n|---|---|---|---|---|---|---|---|---|")
         for name, robots in FLEETS:
