@@ -1,10 +1,10 @@
 """Any place on the floor, and halls that are two robots wide: ``python -m benchmarks.floor [--seeds N] [--start A]``.
 
 Four tables: how many random free places a fleet refuses as a stop; how many of them one robot drives to, one after the
-other, with the smallest reach, and where robots come to rest; missions to such places, against the same missions with a reach of 0.4 m; and
-robots head on in halls, against one robot alone, with poses that are 3 cm off too. Places and halls know no lattice: a
-body with 5 cm around it is clear of the drawn walls; in a hall each seed draws other starts. ``--also`` names more
-scenario files, for the first two tables.
+other, with the smallest reach, and where robots come to rest; missions to such places, against the same missions with a
+reach of 0.4 m; and robots head on in halls, against one robot alone, with poses that are 3 cm off too. Places and halls
+know no lattice: a body with 5 cm around it is clear of the drawn walls; in a hall each seed draws other starts.
+``--also`` names more scenario files, for the first two tables.
 """
 
 import argparse
