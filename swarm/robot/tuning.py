@@ -68,7 +68,7 @@ class PilotTuning(NamedTuple):
     in_view: int = 5  # cells of the way in which the rollout's aim may lie
     rolled_every: int = 4  # ticks between two rollouts
     nowhere_after: float = 5.0  # s without a shorter way, after which a robot gets nowhere (docs/fuzzy.md)
-    longer: int = 6  # cells; a way that grew by more than this is a different way
+    longer: float = 7.2  # m; a way that grew by more than this is a different way
     passage: int = 2  # neighbours of a cell, at most, in a passage, where a robot turns while it waits (decision 13)
     # m from the point of its cell nearest to the next cell, where a robot that waits for that cell stops. At 0 and
     # 0.12 m the bearing of the point changes fast, and the safety filter instead of the tables turns the robot

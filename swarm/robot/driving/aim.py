@@ -79,11 +79,11 @@ class Aiming:
             for spare in (AIM.gap, AIM.tight_gap):
                 if (aim := find_reached(far or [waypoints[0]], spare, off)) is not None:
                     return aim
+        entry = find_reached(filter(is_far, self._entries(pose, waypoints[1:])), AIM.tight_gap)
+        if entry is not None:
+            return entry
         if find_reached([waypoints[0]], AIM.tight_gap) is None:
-            entry = find_reached(filter(is_far, self._entries(pose, waypoints[1:])), AIM.tight_gap)
-            return entry or next(
-                filter(is_far, self._points_back_to_way(grid, (here_x, here_y), waypoints)), waypoints[0]
-            )
+            return next(filter(is_far, self._points_back_to_way(grid, (here_x, here_y), waypoints)), waypoints[0])
         return waypoints[0]
 
     def _entries(self, pose: Pose, waypoints: Sequence[Point]) -> Iterator[Point]:

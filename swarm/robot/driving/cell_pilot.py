@@ -79,7 +79,7 @@ class CellPilot:
         self._lateness = Lateness(robot.wheel_acceleration, 1.0 / settings.rate)
         self._pose_limiter = PoseLimiter(cells.side / 2 - self._room, robot.top_speed)
         self._before = LastTick()
-        self._progress = ProgressChecker(make_way_length_test(PILOT.longer))
+        self._progress = ProgressChecker(make_way_length_test(round(PILOT.longer / cells.side)))
         self._could_drive = 0  # ticks
         self._aiming = Aiming(cells, robot.radius)
 
