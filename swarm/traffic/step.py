@@ -165,7 +165,7 @@ class Traffic:
         dock = cells_at_dock(
             self._goal, wish, on_way, body.cell, self._peers.others, cleared, cells, settings, inputs.uncertainty
         )
-        needs = dock.wanted or dock.kept
+        needs = dock.kept if dock.owners else dock.wanted or dock.kept  # who waits for some of them keeps none
         room = list_room_cells(on_way, inputs.pose, inputs.sweeps, heard.fresh, heard.threats, cells) if asks else ()
         if needs and not heard.threats:
             room = needs

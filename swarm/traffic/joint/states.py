@@ -119,7 +119,9 @@ class FollowedPlan(NamedTuple):
             record = fresh.get(robot) if self.plan.ways[robot][-1] == cell and robot != self.me else None
             if record is None or record.idle or record.goal != cell:
                 continue  # it was only sent there, or has been there already: its goal is elsewhere now
-            if record.done and record.epoch == self.epoch and record.left >= len(self.plan.ways[robot]) - 1:
+            rests = record.held[-1:] == (cell,) and not record.ahead  # at its place, which may be beside the cell
+            arrived = record.left >= len(self.plan.ways[robot]) - 1 or rests
+            if record.done and record.epoch == self.epoch and arrived:
                 continue
             if record.epoch == self.epoch or self._about_to_follow(record):
                 return robot

@@ -15,6 +15,7 @@ from swarm.traffic.settings import NEAR, TrafficConstants
 
 STEP: Final = 0.05  # m, between two points of the way at which the body is tried
 CLEAR: Final = 0.04  # m, kept between the body and walls beside the way: 1 cm more than its safety filter keeps
+LEAST: Final = 0.03  # m, from where the robot stands: it is never quite in the middle of its cell
 
 
 class Dock(NamedTuple):
@@ -37,14 +38,16 @@ class Dock(NamedTuple):
         """Return True if the straight line from a point [m] to the place stays in the ``held`` cells and off walls."""
         line = _points_between(here, self.place)
         inside = cells.swept_cells(line, settings.radius + settings.margin).issubset(held)
-        return inside and cells.in_sight(here, self.place, settings.radius + CLEAR)
+        return inside and cells.in_sight(here, self.place, settings.radius + LEAST)
 
     def next_point(self, here: Point, held: Collection[int], cells: CellMap, settings: TrafficConstants) -> Point:
         """Return where to drive from a point [m]: to the place, or first to the middle of the cell.
 
         A robot that aims at the place past a corner is stopped there by its safety filter.
         """
-        return self.place if self.is_straight(here, held, cells, settings) else cells.centre(self.cell)
+        middle = cells.centre(self.cell)
+        begins = distance(here, middle) <= NEAR
+        return self.place if begins or self.is_straight(here, held, cells, settings) else middle
 
 
 def _points_between(start: Point, end: Point) -> list[Point]:
