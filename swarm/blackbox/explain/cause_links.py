@@ -7,10 +7,11 @@ from typing import Final
 from swarm.blackbox.explain.clauses import Cause, Clause
 from swarm.blackbox.explain.run_history import Missed, Next, RecentPast
 from swarm.messages import COMMAND, Broadcast
-from swarm.messages.traffic import Epoch, Record
+from swarm.messages.traffic import Claim, Epoch, Record
 from swarm.robot.brain import Robot
 from swarm.traffic.joint.states import Collecting, Free, Frozen
 from swarm.traffic.outputs import StepResult
+from swarm.traffic.reservations.rules import Reservations
 from swarm.traffic.settings import TrafficConstants
 
 ASKED_WITHIN: Final = 100  # ticks before a call in which the request for it was made
@@ -204,3 +205,20 @@ def own_record(words: Broadcast) -> Record:
 
 def _nothing(words: Broadcast) -> Record:
     return Record(robot=words.robot, stamp=words.tick, x=words.x, y=words.y, goal=-1)
+
+
+def goes_first(other: str, name: str, cell: int, theirs: Sequence[Claim], own: Sequence[Claim]) -> int | None:
+    """Return the tick of another robot's claim of a cell if that goes before the robot's own one, else None."""
+    mine = next((claim.stamp for claim in own if claim.cell == cell), None)
+    stamp = next((claim.stamp for claim in theirs if claim.cell == cell), None)
+    return stamp if stamp is not None and (mine is None or (stamp, other) < (mine, name)) else None
+
+
+def claimed_cells(claims: Sequence[Claim]) -> set[int]:
+    """Return the cells of some claims."""
+    return {claim.cell for claim in claims}
+
+
+def kept_cells(own: Reservations) -> set[int]:
+    """Return the cells that a robot holds or claims."""
+    return {*own.held, *claimed_cells(own.all_claims)}

@@ -8,14 +8,13 @@ from collections.abc import Callable, Mapping, Sequence
 from math import hypot
 from typing import Final
 
-from swarm.blackbox.explain.cause_links import MOST_NAMED, CauseLinks, own_record
+from swarm.blackbox.explain.cause_links import MOST_NAMED, CauseLinks, claimed_cells, goes_first, kept_cells, own_record
 from swarm.blackbox.explain.clauses import Cause, Clause
 from swarm.blackbox.explain.run_history import Next, RecentPast
 from swarm.messages.traffic import Claim, Record
 from swarm.robot.brain import Robot
 from swarm.traffic.joint.states import FollowedPlan, Free
 from swarm.traffic.outputs import StepResult
-from swarm.traffic.reservations.rules import Reservations
 from swarm.traffic.settings import TrafficConstants
 
 AWAKE: Final = 60  # ticks; a robot that began to answer within them listens because of that
@@ -162,7 +161,7 @@ class Chain(CauseLinks):
         if decided.waits:
             other = decided.waits[0]
             record = decided.situation.others.get(other)
-            kept = {*record.held, *_cells(record.claims)} if record is not None else set()
+            kept = {*record.held, *claimed_cells(record.claims)} if record is not None else set()
             cell = next((cell for cell in lacking if cell in kept), lacking[0])
             self._waits(name, other, cell, decided, depth + 1)
         elif claims:
@@ -237,15 +236,21 @@ class Chain(CauseLinks):
                 name, other, record, lambda r: cell not in r.held, left, f"has left cell {cell}", depth
             ):
                 return
-        elif (stamp := _goes_first(other, name, cell, record.claims, progress.reservations.claims)) is not None:
+        elif (stamp := goes_first(other, name, cell, record.claims, progress.reservations.claims)) is not None:
             text = (
                 f"{name} waits in cell {progress.head} for cell {cell}: {other} has claimed it since "
                 f"{past.clock(stamp)}, and goes first."
             )
             self._say(depth, name, Clause.CLAIMED, text, other, cell)
-            gone = self._is_in_state(other, lambda now: cell not in _is_kept(now.progress.reservations))
+            gone = self._is_in_state(other, lambda now: cell not in kept_cells(now.progress.reservations))
             if self._add_unheard_end(
-                name, other, record, lambda r: cell not in {*_cells(r.claims), *r.held}, gone, "has given it up", depth
+                name,
+                other,
+                record,
+                lambda r: cell not in {*r.held, *claimed_cells(r.claims)},
+                gone,
+                "has given it up",
+                depth,
             ):
                 return
         elif progress.reservations.claims:
@@ -297,27 +302,12 @@ class Chain(CauseLinks):
         elif own is not None and claim.cell in own.held:
             self._say(depth, name, Clause.HELD, f"{other} holds cell {claim.cell} itself.", other, claim.cell)
             self.follow(other, depth)
-        elif own is not None and ((stamp := _goes_first(other, name, claim.cell, own.all_claims, [claim])) is not None):
+        elif own is not None and ((stamp := goes_first(other, name, claim.cell, own.all_claims, [claim])) is not None):
             text = f"{other} has claimed cell {claim.cell} itself since {past.clock(stamp)}, and goes first."
             self._say(depth, name, Clause.CLAIMED, text, other, claim.cell)
             self.follow(other, depth)
         else:
             self._say(depth, other, Clause.COMING, f"{other} has heard that, and says so in its next broadcast.")
-
-
-def _goes_first(other: str, name: str, cell: int, theirs: Sequence[Claim], own: Sequence[Claim]) -> int | None:
-    """Return the tick of another robot's claim of a cell if that goes before the robot's own one, else None."""
-    mine = next((claim.stamp for claim in own if claim.cell == cell), None)
-    stamp = next((claim.stamp for claim in theirs if claim.cell == cell), None)
-    return stamp if stamp is not None and (mine is None or (stamp, other) < (mine, name)) else None
-
-
-def _cells(claims: Sequence[Claim]) -> set[int]:
-    return {claim.cell for claim in claims}
-
-
-def _is_kept(own: Reservations) -> set[int]:
-    return {*own.held, *_cells(own.all_claims)}
 
 
 def _has_cells_ahead(decided: StepResult) -> bool:

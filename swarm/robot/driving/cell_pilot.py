@@ -229,9 +229,7 @@ class CellPilot:
                 self._detour.end()
                 return Driven(STAND, heading, scale, drawn_to, circles, target)
             within, heading, scale = 0.0, bearing(pose, self._cells.centre(granted.way[1])), SCALE.turning
-        if straight := sticks_out or must_drive_straight(
-            granted, self._settings.reach, self._settings.robot.track_width
-        ):
+        if straight := sticks_out or must_drive_straight(granted, self._settings):
             self._detour.end()
             clear = clear._replace(front_gap=SAFETY.gap)
             if abs(heading) > PILOT.docks_straight:

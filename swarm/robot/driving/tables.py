@@ -44,15 +44,15 @@ def fuzzy_speeds(
     return speeds_towards(speeds, heading, robot) if straight else speeds
 
 
-def must_drive_straight(granted: TrafficOutputs, reach: float, track_width: float) -> bool:
-    """Return True if the tables could drive round the robot's place for ever: their circle is wider than ``reach`` [m].
+def must_drive_straight(granted: TrafficOutputs, settings: Settings) -> bool:
+    """Return True if the tables could drive round the robot's place for ever: their circle is wider than the reach.
 
-    It turns on the spot first, then. The circle grows with the ``track_width`` [m].
+    It turns on the spot first, then. The circle grows with the track width.
     """
     if granted.threats:
         return False
     in_cell = len(granted.held) == 1 and granted.exactly and not granted.looks
-    return granted.docks or (in_cell and reach < PILOT.circle * track_width)
+    return granted.docks or (in_cell and settings.reach < PILOT.circle * settings.robot.track_width)
 
 
 def speeds_towards(tables: tuple[float, float], heading: float, robot: RobotSettings) -> tuple[float, float]:
