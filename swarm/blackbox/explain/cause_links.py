@@ -214,11 +214,11 @@ def goes_first(other: str, name: str, cell: int, theirs: Sequence[Claim], own: S
     return stamp if stamp is not None and (mine is None or (stamp, other) < (mine, name)) else None
 
 
-def claimed_cells(claims: Sequence[Claim]) -> set[int]:
+def cells_of_claims(claims: Sequence[Claim]) -> set[int]:
     """Return the cells of some claims."""
     return {claim.cell for claim in claims}
 
 
-def kept_cells(own: Reservations) -> set[int]:
+def cells_of_robot(own: Reservations) -> set[int]:
     """Return the cells that a robot holds or claims."""
-    return {*own.held, *claimed_cells(own.all_claims)}
+    return {*own.held, *cells_of_claims(own.all_claims)}

@@ -8,7 +8,14 @@ from collections.abc import Callable, Mapping, Sequence
 from math import hypot
 from typing import Final
 
-from swarm.blackbox.explain.cause_links import MOST_NAMED, CauseLinks, claimed_cells, goes_first, kept_cells, own_record
+from swarm.blackbox.explain.cause_links import (
+    MOST_NAMED,
+    CauseLinks,
+    cells_of_claims,
+    goes_first,
+    cells_of_robot,
+    own_record,
+)
 from swarm.blackbox.explain.clauses import Cause, Clause
 from swarm.blackbox.explain.run_history import Next, RecentPast
 from swarm.messages.traffic import Claim, Record
@@ -161,7 +168,7 @@ class Chain(CauseLinks):
         if decided.waits:
             other = decided.waits[0]
             record = decided.situation.others.get(other)
-            kept = {*record.held, *claimed_cells(record.claims)} if record is not None else set()
+            kept = {*record.held, *cells_of_claims(record.claims)} if record is not None else set()
             cell = next((cell for cell in lacking if cell in kept), lacking[0])
             self._waits(name, other, cell, decided, depth + 1)
         elif claims:
@@ -242,12 +249,12 @@ class Chain(CauseLinks):
                 f"{past.clock(stamp)}, and goes first."
             )
             self._say(depth, name, Clause.CLAIMED, text, other, cell)
-            gone = self._is_in_state(other, lambda now: cell not in kept_cells(now.progress.reservations))
+            gone = self._is_in_state(other, lambda now: cell not in cells_of_robot(now.progress.reservations))
             if self._add_unheard_end(
                 name,
                 other,
                 record,
-                lambda r: cell not in {*r.held, *claimed_cells(r.claims)},
+                lambda r: cell not in {*r.held, *cells_of_claims(r.claims)},
                 gone,
                 "has given it up",
                 depth,
