@@ -222,3 +222,8 @@ def cells_of_claims(claims: Sequence[Claim]) -> set[int]:
 def cells_of_robot(own: Reservations) -> set[int]:
     """Return the cells that a robot holds or claims."""
     return {*own.held, *cells_of_claims(own.all_claims)}
+
+
+def join_numbers(cells: Sequence[int]) -> str:
+    """Return the numbers of cells as they are written in a sentence."""
+    return ", ".join(map(str, cells))

@@ -4,7 +4,7 @@ It asks the robots' own state at that tick, by the rules that they decide by, an
 heard: so it says not only what a robot waits for, but also why that does not come.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from math import hypot
 from typing import Final
 
@@ -12,8 +12,9 @@ from swarm.blackbox.explain.cause_links import (
     MOST_NAMED,
     CauseLinks,
     cells_of_claims,
-    goes_first,
     cells_of_robot,
+    goes_first,
+    join_numbers,
     own_record,
 )
 from swarm.blackbox.explain.clauses import Cause, Clause
@@ -115,7 +116,7 @@ class Chain(CauseLinks):
         """Add why a robot that goes its way is no farther."""
         progress, moves = decided.progress, self._moves(name)
         own, at = progress.reservations, f"in cell {progress.head}"
-        drives = f"{self._drives(name)}; it holds the cells {_list(own.held)}"
+        drives = f"{self._drives(name)}; it holds the cells {join_numbers(own.held)}"
         if leaves and moves:
             self._say(depth, name, Clause.DRIVES, f"{drives}.")
             return
@@ -145,7 +146,9 @@ class Chain(CauseLinks):
             text = f"{name} stands {at}: an obstacle that moves is near it."
             self._say(depth, name, Clause.OBSTACLE, text)
         elif _has_cells_ahead(decided):
-            text = f"{name} holds the cells {_list(own.held)}, but the tables or the safety filter turn no wheel."
+            text = (
+                f"{name} holds the cells {join_numbers(own.held)}, but the tables or the safety filter turn no wheel."
+            )
             self._say(depth, name, Clause.WHEELS, text)
         elif own.claims:
             self._claim(name, own.claims[0], decided, depth)
@@ -162,7 +165,10 @@ class Chain(CauseLinks):
             self._say(depth, name, Clause.REACHES, f"{text}, holds all cells that the place needs, and drives to it.")
             return
         self._say(
-            depth, name, Clause.REACHES, f"{text}, and needs the cells {_list(lacking)} too to come to the place."
+            depth,
+            name,
+            Clause.REACHES,
+            f"{text}, and needs the cells {join_numbers(lacking)} too to come to the place.",
         )
         claims = [claim for claim in reservations.beside if claim.cell in lacking]
         if decided.waits:
@@ -320,7 +326,3 @@ class Chain(CauseLinks):
 def _has_cells_ahead(decided: StepResult) -> bool:
     """Return True if a robot holds cells ahead of the one that it is in."""
     return decided.progress.body_index(decided.body.cell) < len(decided.progress.reservations.held) - 1
-
-
-def _list(cells: Sequence[int]) -> str:
-    return ", ".join(map(str, cells))
