@@ -224,6 +224,6 @@ def cells_of_robot(own: Reservations) -> set[int]:
     return {*own.held, *cells_of_claims(own.all_claims)}
 
 
-def join_numbers(cells: Sequence[int]) -> str:
+def in_words(cells: Sequence[int]) -> str:
     """Return the numbers of cells as they are written in a sentence."""
     return ", ".join(map(str, cells))

@@ -14,7 +14,7 @@ from swarm.blackbox.explain.cause_links import (
     cells_of_claims,
     cells_of_robot,
     goes_first,
-    join_numbers,
+    in_words,
     own_record,
 )
 from swarm.blackbox.explain.clauses import Cause, Clause
@@ -116,7 +116,7 @@ class Chain(CauseLinks):
         """Add why a robot that goes its way is no farther."""
         progress, moves = decided.progress, self._moves(name)
         own, at = progress.reservations, f"in cell {progress.head}"
-        drives = f"{self._drives(name)}; it holds the cells {join_numbers(own.held)}"
+        drives = f"{self._drives(name)}; it holds the cells {in_words(own.held)}"
         if leaves and moves:
             self._say(depth, name, Clause.DRIVES, f"{drives}.")
             return
@@ -146,9 +146,7 @@ class Chain(CauseLinks):
             text = f"{name} stands {at}: an obstacle that moves is near it."
             self._say(depth, name, Clause.OBSTACLE, text)
         elif _has_cells_ahead(decided):
-            text = (
-                f"{name} holds the cells {join_numbers(own.held)}, but the tables or the safety filter turn no wheel."
-            )
+            text = f"{name} holds the cells {in_words(own.held)}, but the tables or the safety filter turn no wheel."
             self._say(depth, name, Clause.WHEELS, text)
         elif own.claims:
             self._claim(name, own.claims[0], decided, depth)
@@ -168,7 +166,7 @@ class Chain(CauseLinks):
             depth,
             name,
             Clause.REACHES,
-            f"{text}, and needs the cells {join_numbers(lacking)} too to come to the place.",
+            f"{text}, and needs the cells {in_words(lacking)} too to come to the place.",
         )
         claims = [claim for claim in reservations.beside if claim.cell in lacking]
         if decided.waits:
