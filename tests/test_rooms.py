@@ -16,7 +16,7 @@ from swarm.kernels import KERNELS
 
 ROOT: Final = Path(__file__).parents[1]
 TOPS: Final = ("swarm", "world", "dashboard")
-LONGEST: Final = 305  # lines of a file, without docstrings
+LONGEST: Final = 300  # lines of a file, without docstrings
 DOCUMENTED: Final = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
 # a room imports only rooms that stand before it
 ORDER: Final = (

@@ -1,7 +1,8 @@
-"""The links of a chain of causes: joint plans to come, and what was said and not heard."""
+"""The links of a chain of causes: joint plans to come, claims without an answer, and what was said and not heard."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
+from math import hypot
 from typing import Final
 
 from swarm.blackbox.explain.clauses import Cause, Clause
@@ -11,7 +12,6 @@ from swarm.messages.traffic import Claim, Epoch, Record
 from swarm.robot.brain import Robot
 from swarm.traffic.joint.states import Collecting, Free, Frozen
 from swarm.traffic.outputs import StepResult
-from swarm.traffic.reservations.rules import Reservations
 from swarm.traffic.settings import TrafficConstants
 
 ASKED_WITHIN: Final = 100  # ticks before a call in which the request for it was made
@@ -197,6 +197,52 @@ class CauseLinks(ABC):
         clauses = {Missed.UNDER_WAY: Clause.COMING, Missed.LOST: Clause.LOST}
         self._say(depth, other, next((clause for why, clause in clauses.items() if rows[why]), Clause.FAR), text, name)
 
+    def _claim(self, name: str, claim: Claim, decided: StepResult, depth: int) -> None:
+        """Add who has not acknowledged a claim yet, and why."""
+        past, settings, situation = self._past, self._settings, decided.situation
+        reach, pose = settings.asking_distance(situation.cells.side), decided.body.pose
+        lacking = [
+            robot for robot, record in sorted(situation.fresh.items())
+            if hypot(record.x - pose.x, record.y - pose.y) <= reach and (name, claim.number) not in record.acks
+        ]  # fmt: skip
+        since = f"{name} has claimed cell {claim.cell} since {past.clock(claim.stamp)}"
+        if not lacking:
+            young = situation.tick - claim.stamp < settings.ripe
+            counts = past.clock(claim.stamp + settings.ripe)
+            ends = f"claims count from {counts} on" if young else "it takes the cell next"
+            text = f"{since}; all robots near have acknowledged that, and {ends}."
+            self._say(depth, name, Clause.YOUNG, text, cell=claim.cell)
+            return
+        text = f"{since}, and waits until {', '.join(lacking)} acknowledge{'s' * (len(lacking) == 1)} it."
+        self._say(depth, name, Clause.LACKS, text, lacking[0], claim.cell)
+        for other in lacking[:MOST_NAMED]:
+            self._acknowledgement(name, other, claim, depth + 1)
+
+    def _acknowledgement(self, name: str, other: str, claim: Claim, depth: int) -> None:
+        """Add why a robot has not heard another's acknowledgement of its claim."""
+        past = self._past
+        told = [words for words in past.said[name] if claim in own_record(words).claims]
+        answers = [words for words in past.said[other] if (name, claim.number) in own_record(words).acks]
+        theirs = self._decision_of(other)
+        own = theirs.progress.reservations if theirs is not None else None
+        if self._is_absent(other):
+            self.follow(other, depth)
+        elif answers:
+            self._not_heard(name, other, answers, "has acknowledged it", depth)
+        elif not told:
+            self._say(depth, name, Clause.COMING, f"{name} tells {other} so in its next broadcast.")
+        elif not any(past.has_heard(other, words) for words in told):
+            self._not_heard(other, name, told, "has told it", depth)
+        elif own is not None and claim.cell in own.held:
+            self._say(depth, name, Clause.HELD, f"{other} holds cell {claim.cell} itself.", other, claim.cell)
+            self.follow(other, depth)
+        elif own is not None and ((stamp := goes_first(other, name, claim.cell, own.all_claims, [claim])) is not None):
+            text = f"{other} has claimed cell {claim.cell} itself since {past.clock(stamp)}, and goes first."
+            self._say(depth, name, Clause.CLAIMED, text, other, claim.cell)
+            self.follow(other, depth)
+        else:
+            self._say(depth, other, Clause.COMING, f"{other} has heard that, and says so in its next broadcast.")
+
 
 def own_record(words: Broadcast) -> Record:
     """Return the record of who spoke; an empty one if it says nothing of traffic."""
@@ -212,18 +258,3 @@ def goes_first(other: str, name: str, cell: int, theirs: Sequence[Claim], own: S
     mine = next((claim.stamp for claim in own if claim.cell == cell), None)
     stamp = next((claim.stamp for claim in theirs if claim.cell == cell), None)
     return stamp if stamp is not None and (mine is None or (stamp, other) < (mine, name)) else None
-
-
-def cells_of_claims(claims: Sequence[Claim]) -> set[int]:
-    """Return the cells of some claims."""
-    return {claim.cell for claim in claims}
-
-
-def cells_of_robot(own: Reservations) -> set[int]:
-    """Return the cells that a robot holds or claims."""
-    return {*own.held, *cells_of_claims(own.all_claims)}
-
-
-def in_words(cells: Sequence[int]) -> str:
-    """Return the numbers of cells as they are written in a sentence."""
-    return ", ".join(map(str, cells))

@@ -4,25 +4,17 @@ It asks the robots' own state at that tick, by the rules that they decide by, an
 heard: so it says not only what a robot waits for, but also why that does not come.
 """
 
-from collections.abc import Callable, Mapping
-from math import hypot
+from collections.abc import Callable, Mapping, Sequence
 from typing import Final
 
-from swarm.blackbox.explain.cause_links import (
-    MOST_NAMED,
-    CauseLinks,
-    cells_of_claims,
-    cells_of_robot,
-    goes_first,
-    in_words,
-    own_record,
-)
+from swarm.blackbox.explain.cause_links import CauseLinks, goes_first
 from swarm.blackbox.explain.clauses import Cause, Clause
 from swarm.blackbox.explain.run_history import Next, RecentPast
 from swarm.messages.traffic import Claim, Record
 from swarm.robot.brain import Robot
 from swarm.traffic.joint.states import FollowedPlan, Free
 from swarm.traffic.outputs import StepResult
+from swarm.traffic.reservations.rules import Reservations
 from swarm.traffic.settings import TrafficConstants
 
 AWAKE: Final = 60  # ticks; a robot that began to answer within them listens because of that
@@ -116,7 +108,7 @@ class Chain(CauseLinks):
         """Add why a robot that goes its way is no farther."""
         progress, moves = decided.progress, self._moves(name)
         own, at = progress.reservations, f"in cell {progress.head}"
-        drives = f"{self._drives(name)}; it holds the cells {in_words(own.held)}"
+        drives = f"{self._drives(name)}; it holds the cells {_list(own.held)}"
         if leaves and moves:
             self._say(depth, name, Clause.DRIVES, f"{drives}.")
             return
@@ -146,7 +138,7 @@ class Chain(CauseLinks):
             text = f"{name} stands {at}: an obstacle that moves is near it."
             self._say(depth, name, Clause.OBSTACLE, text)
         elif _has_cells_ahead(decided):
-            text = f"{name} holds the cells {in_words(own.held)}, but the tables or the safety filter turn no wheel."
+            text = f"{name} holds the cells {_list(own.held)}, but the tables or the safety filter turn no wheel."
             self._say(depth, name, Clause.WHEELS, text)
         elif own.claims:
             self._claim(name, own.claims[0], decided, depth)
@@ -163,16 +155,13 @@ class Chain(CauseLinks):
             self._say(depth, name, Clause.REACHES, f"{text}, holds all cells that the place needs, and drives to it.")
             return
         self._say(
-            depth,
-            name,
-            Clause.REACHES,
-            f"{text}, and needs the cells {in_words(lacking)} too to come to the place.",
+            depth, name, Clause.REACHES, f"{text}, and needs the cells {_list(lacking)} too to come to the place."
         )
         claims = [claim for claim in reservations.beside if claim.cell in lacking]
         if decided.waits:
             other = decided.waits[0]
             record = decided.situation.others.get(other)
-            kept = {*record.held, *cells_of_claims(record.claims)} if record is not None else set()
+            kept = {*record.held, *_cells(record.claims)} if record is not None else set()
             cell = next((cell for cell in lacking if cell in kept), lacking[0])
             self._waits(name, other, cell, decided, depth + 1)
         elif claims:
@@ -253,15 +242,9 @@ class Chain(CauseLinks):
                 f"{past.clock(stamp)}, and goes first."
             )
             self._say(depth, name, Clause.CLAIMED, text, other, cell)
-            gone = self._is_in_state(other, lambda now: cell not in cells_of_robot(now.progress.reservations))
+            gone = self._is_in_state(other, lambda now: cell not in _is_kept(now.progress.reservations))
             if self._add_unheard_end(
-                name,
-                other,
-                record,
-                lambda r: cell not in {*r.held, *cells_of_claims(r.claims)},
-                gone,
-                "has given it up",
-                depth,
+                name, other, record, lambda r: cell not in {*_cells(r.claims), *r.held}, gone, "has given it up", depth
             ):
                 return
         elif progress.reservations.claims:
@@ -274,53 +257,19 @@ class Chain(CauseLinks):
             self._say(depth + 1, name, Clause.SILENT, text, other)
         self.follow(other, depth + 1, leaves=behind)
 
-    def _claim(self, name: str, claim: Claim, decided: StepResult, depth: int) -> None:
-        """Add who has not acknowledged a claim yet, and why."""
-        past, settings, situation = self._past, self._settings, decided.situation
-        reach, pose = settings.asking_distance(situation.cells.side), decided.body.pose
-        lacking = [
-            robot for robot, record in sorted(situation.fresh.items())
-            if hypot(record.x - pose.x, record.y - pose.y) <= reach and (name, claim.number) not in record.acks
-        ]  # fmt: skip
-        since = f"{name} has claimed cell {claim.cell} since {past.clock(claim.stamp)}"
-        if not lacking:
-            young = situation.tick - claim.stamp < settings.ripe
-            counts = past.clock(claim.stamp + settings.ripe)
-            ends = f"claims count from {counts} on" if young else "it takes the cell next"
-            text = f"{since}; all robots near have acknowledged that, and {ends}."
-            self._say(depth, name, Clause.YOUNG, text, cell=claim.cell)
-            return
-        text = f"{since}, and waits until {', '.join(lacking)} acknowledge{'s' * (len(lacking) == 1)} it."
-        self._say(depth, name, Clause.LACKS, text, lacking[0], claim.cell)
-        for other in lacking[:MOST_NAMED]:
-            self._acknowledgement(name, other, claim, depth + 1)
 
-    def _acknowledgement(self, name: str, other: str, claim: Claim, depth: int) -> None:
-        """Add why a robot has not heard another's acknowledgement of its claim."""
-        past = self._past
-        told = [words for words in past.said[name] if claim in own_record(words).claims]
-        answers = [words for words in past.said[other] if (name, claim.number) in own_record(words).acks]
-        theirs = self._decision_of(other)
-        own = theirs.progress.reservations if theirs is not None else None
-        if self._is_absent(other):
-            self.follow(other, depth)
-        elif answers:
-            self._not_heard(name, other, answers, "has acknowledged it", depth)
-        elif not told:
-            self._say(depth, name, Clause.COMING, f"{name} tells {other} so in its next broadcast.")
-        elif not any(past.has_heard(other, words) for words in told):
-            self._not_heard(other, name, told, "has told it", depth)
-        elif own is not None and claim.cell in own.held:
-            self._say(depth, name, Clause.HELD, f"{other} holds cell {claim.cell} itself.", other, claim.cell)
-            self.follow(other, depth)
-        elif own is not None and ((stamp := goes_first(other, name, claim.cell, own.all_claims, [claim])) is not None):
-            text = f"{other} has claimed cell {claim.cell} itself since {past.clock(stamp)}, and goes first."
-            self._say(depth, name, Clause.CLAIMED, text, other, claim.cell)
-            self.follow(other, depth)
-        else:
-            self._say(depth, other, Clause.COMING, f"{other} has heard that, and says so in its next broadcast.")
+def _cells(claims: Sequence[Claim]) -> set[int]:
+    return {claim.cell for claim in claims}
+
+
+def _is_kept(own: Reservations) -> set[int]:
+    return {*own.held, *_cells(own.all_claims)}
 
 
 def _has_cells_ahead(decided: StepResult) -> bool:
     """Return True if a robot holds cells ahead of the one that it is in."""
     return decided.progress.body_index(decided.body.cell) < len(decided.progress.reservations.held) - 1
+
+
+def _list(cells: Sequence[int]) -> str:
+    return ", ".join(map(str, cells))
