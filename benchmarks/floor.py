@@ -218,13 +218,13 @@ def main() -> None:
             f"\n| map, reach {REACHES[-1]:g} m | visited | contacts | time of each [s] | rests of {RESTS} "
             "| mean distance [m] | greatest [m] |\n|---|---|---|---|---|---|---|"
         )
+        rests = [pool.map(find_rest, [name] * RESTS, range(seeds[0], seeds[0] + RESTS)) for name in maps]
         visits = pool.map(visit_all, maps, [seeds[0]] * len(maps))
-        for name, (visited, time, contacts) in zip(maps, visits, strict=True):
-            rests = list(pool.map(find_rest, [name] * RESTS, range(seeds[0], seeds[0] + RESTS)))
-            at = [rest for rest in rests if rest < inf]
+        for name, at_rest, (visited, time, contacts) in zip(maps, rests, visits, strict=True):
+            at = [rest for rest in at_rest if rest < inf]
             print(
                 f"| {Path(name).stem} | {visited} of {PLACES} | {contacts} | {time:.1f} | {len(at)} "
-                f"| {mean(at):.3f} | {max(at):.3f} |",
+                f"| {mean(at or [inf]):.3f} | {max(at, default=inf):.3f} |",
                 flush=True,
             )
         head = "complete | contacts | two owners; outside | time [s] | times that at {} | settling [s] | tables |"
