@@ -12,6 +12,7 @@ import msgspec
 from swarm.geometry import poses_on_circle
 from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.settings import Settings
+from swarm.traffic.joint.problem import assign_goals
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
 from swarm.traffic.lattice.dock import find_dock, find_way_out
 from swarm.traffic.lattice.offset import PHASES, best_offset
@@ -233,20 +234,41 @@ def _can_all_arrive(cells: CellMap, settings: Settings, robots: int) -> bool:
     starts, stops = _start_places(settings, robots), settings.own_targets[:robots]
     if len(starts) < robots or len(stops) < robots:
         return True
-    legs = [[_first_cell(cells, start, settings) for start in starts]]
-    legs += [[_last_cell(cells, stop, settings) for stop in leg if stop is not None] for leg in zip_longest(*stops)]
+    heads = [_first_cell(cells, start, settings) for start in starts]
+    legs = [
+        heads,
+        *[[_last_cell(cells, stop, settings) for stop in leg if stop is not None] for leg in zip_longest(*stops)],
+    ]
     legs = [leg for leg in legs if len(set(leg)) == robots and OUTSIDE not in leg]
-    for before, leg in pairwise(legs):
-        search = JointSearch(
-            cells.neighbours,
-            [cells.distances(goal) for goal in leg],
-            tuple(before),
-            tuple(leg),
-            budget=SEARCH,
-            random=Random(0),
-        )
-        while (found := search.advance(SEARCH.expansions)) is None:
-            pass
-        if found.outcome is not SearchOutcome.SOLVED:
-            return False
-    return True
+    return all(_is_solved(cells, *legs) for legs in pairwise(legs)) and all(
+        _can_dock(cells, settings, heads, robot, stop)
+        for robot, places in enumerate(stops)
+        for stop in places
+        if stop is not None
+    )
+
+
+def _can_dock(cells: CellMap, settings: Settings, heads: Sequence[int], robot: int, stop: Point) -> bool:
+    """Return True unless no plan is found in which a robot comes to a stop [m] and no other is in a cell that it needs.
+
+    Each leg can be driven backwards, so it does not matter where the others are before.
+    """
+    dock = find_dock(cells, stop, constants := traffic_settings(settings))
+    if dock is None or len(set(heads)) < len(heads) or OUTSIDE in heads:
+        return True
+    needs = dock.cells_beside(cells, constants)
+    names = {str(number): head for number, head in enumerate(heads)}
+    wishes = names | {str(robot): dock.cell}
+    since, others = dict.fromkeys(names, 0), names.keys() - {str(robot)}
+    found = assign_goals(cells, names, wishes, (), since, others, kept_free=needs)
+    goals = [found[name] for name in names]
+    return goals[robot] == dock.cell and set(needs).isdisjoint(goals) and _is_solved(cells, heads, goals)
+
+
+def _is_solved(cells: CellMap, starts: Sequence[int], goals: Sequence[int]) -> bool:
+    """Return True if a plan is found in which each robot drives from its start to its goal."""
+    tables = [cells.distances(goal) for goal in goals]
+    search = JointSearch(cells.neighbours, tables, tuple(starts), tuple(goals), budget=SEARCH, random=Random(0))
+    while (found := search.advance(SEARCH.expansions)) is None:
+        pass
+    return found.outcome is SearchOutcome.SOLVED

@@ -14,7 +14,7 @@ from swarm.maps.occupancy import Point
 from swarm.motion.drive import line_is_clear
 from swarm.planning.grid import Grid
 from swarm.planning.path import line_is_free, plan
-from swarm.robot.tuning import AIM
+from swarm.robot.tuning import AIM, SAFETY
 from swarm.traffic.interface import TrafficOutputs
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
 from swarm.traffic.settings import NEAR
@@ -66,25 +66,25 @@ class Aiming:
         def is_far(point: Point) -> bool:
             return hypot(point[0] - here_x, point[1] - here_y) > AIM.nearest
 
-        def find_reached(points: Iterable[Point], spare: float, off: float = 0.0) -> Point | None:
+        def find_reached(points: Iterable[Point], spare: float, off: float, *, tight: bool) -> Point | None:
             radius = self._radius + off
+            least, enough = radius + AIM.tight_gap, radius + (spare if tight else max(spare, SAFETY.gap))
             for point in points:
-                clear = line_is_clear(shut, x, y, *self._flat(point), radius + AIM.tight_gap, radius + spare)
+                clear = line_is_clear(shut, x, y, *self._flat(point), least, enough)
                 if clear and (grid is None or line_is_free(grid, (here_x, here_y), point, spare)):
                     return point
             return None
 
-        far = list(filter(is_far, ways))
-        for off in (uncertainty, 0.0) if uncertainty else (0.0,):  # an aim that it may miss is better than none
-            for spare in (AIM.gap, AIM.tight_gap):
-                if (aim := find_reached(far or [waypoints[0]], spare, off)) is not None:
+        far = list(filter(is_far, ways)) or [waypoints[0]]
+        for tight in (False, True):  # the safety filter lets it come no nearer to cells that it does not hold
+            for off in (uncertainty, 0.0) if uncertainty else (0.0,):  # an aim that it may miss is better than none
+                for spare in (AIM.gap, AIM.tight_gap):
+                    if (aim := find_reached(far, spare, off, tight=tight)) is not None:
+                        return aim
+            for points in (filter(is_far, self._entries(pose, waypoints[1:])), waypoints[:1]):
+                if (aim := find_reached(points, AIM.tight_gap, 0.0, tight=tight)) is not None:
                     return aim
-        entry = find_reached(filter(is_far, self._entries(pose, waypoints[1:])), AIM.tight_gap)
-        if entry is not None:
-            return entry
-        if find_reached([waypoints[0]], AIM.tight_gap) is None:
-            return next(filter(is_far, self._points_back_to_way(grid, (here_x, here_y), waypoints)), waypoints[0])
-        return waypoints[0]
+        return next(filter(is_far, self._points_back_to_way(grid, (here_x, here_y), waypoints)), waypoints[0])
 
     def _entries(self, pose: Pose, waypoints: Sequence[Point]) -> Iterator[Point]:
         """Yield points of the waypoints' cells [m], last cell first: its nearest point, then some nearer its middle.

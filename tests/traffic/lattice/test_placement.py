@@ -212,6 +212,23 @@ def test_a_small_floor_gets_cells_on_which_a_plan_for_all_is_found(robots: int, 
     assert with_lattice(settings, floor, robots).traffic.cell == pytest.approx(side)
 
 
+@pytest.mark.parametrize(("stop", "side"), [(3.2, 1.2), (3.45, 0.6)])
+def test_on_a_small_floor_others_can_make_room_for_who_comes_to_its_place(stop: float, side: float) -> None:
+    """A room of two by two cells and a hall of two: the last one's robot can leave the hall only if none comes in.
+
+    A place between the hall's cells needs both of them.
+    """
+    floor = floor_of(4.8, 2.4)
+    floor.cells[: round(1.2 / FINE), round(2.4 / FINE) :] = WALL
+    starts = [(1.8, 1.8), (0.6, 1.8), (0.6, 0.6), (4.2, 1.8)]
+    settings = mission(
+        reach=0.05,
+        start=StartSettings(poses=[(*start, 0.1) for start in starts]),
+        own_targets=[[(stop, 1.8)], [starts[1]], [starts[2]], [(2.7, 1.8)]],
+    )
+    assert with_lattice(settings, floor, 4).traffic.cell == pytest.approx(side)
+
+
 def test_a_start_that_cells_do_not_reach_gets_others() -> None:
     """A hall 0.6 m wide leads into a room; in cells of 1.2 m at the room's offset nobody could stand in the hall."""
     floor = floor_of(5.0, 2.4)
