@@ -12,7 +12,7 @@ from world.simulate import Simulation
 
 CRUISE = 1.5  # m/s times speed_scale: the paper's medium speed
 QUICK_SEEDS = (1, 5, 12)
-ALL_SEEDS = tuple(range(1, 21))
+ALL_SEEDS = tuple(range(1, 9))
 
 
 def run(scenario: Scenario, robots: int, seed: int, limit: float | None = None) -> dict[str, Any]:
@@ -37,9 +37,9 @@ def test_one_robot_finishes_without_a_contact_in_time_and_steers_fuzzily(paper: 
     assert_one_robot_keeps_every_promise(paper, seed)
 
 
-@pytest.mark.long("twenty whole missions; make test drives some of them")
+@pytest.mark.long("eight whole missions; make test drives some of them")
 @pytest.mark.parametrize("seed", [seed for seed in ALL_SEEDS if seed not in QUICK_SEEDS])
-def test_one_robot_keeps_every_promise_on_twenty_seeds(paper: Scenario, seed: int) -> None:
+def test_one_robot_keeps_every_promise_on_more_seeds(paper: Scenario, seed: int) -> None:
     assert_one_robot_keeps_every_promise(paper, seed)
 
 
@@ -56,9 +56,9 @@ def test_four_robots_finish(paper: Scenario, seed: int) -> None:
     assert_four_robots_finish(paper, seed)
 
 
-@pytest.mark.long("nine whole missions of four robots; make test drives one")
-@pytest.mark.parametrize("seed", [2, 3, 4, 5, 6, 7, 8, 9, 10])
-def test_four_robots_finish_on_ten_seeds(paper: Scenario, seed: int) -> None:
+@pytest.mark.long("whole missions of four robots; make test drives one")
+@pytest.mark.parametrize("seed", [2, 3, 4])
+def test_four_robots_finish_on_more_seeds(paper: Scenario, seed: int) -> None:
     assert_four_robots_finish(paper, seed)
 
 

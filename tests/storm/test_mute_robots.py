@@ -108,8 +108,8 @@ def test_a_mute_robot_that_drives_into_one_that_stands_is_blamed_itself() -> Non
     assert report["traffic"]["overlaps"] == report["traffic"]["outside"] == 0
 
 
-@pytest.mark.long("four storms, each of two runs and their judge")
-@pytest.mark.parametrize("seed", [0, 2, 4, 5])
+@pytest.mark.long("two storms, each of two runs and their judge")
+@pytest.mark.parametrize("seed", [0, 4])
 def test_seeds_with_mute_robots_keep_every_law(seed: int) -> None:
     plan = draw("silent", seed)
     assert plan.mute

@@ -304,11 +304,8 @@ def test_a_broadcast_behind_a_wall_is_not_called_lost() -> None:
     ("name", "robots", "loss"),
     [
         ("corridor", 2, 0.0),
-        pytest.param("paper", 8, 0.2, marks=pytest.mark.long("a minute of 8 robots")),
         pytest.param("doorway", 12, 0.2, marks=pytest.mark.long("a minute of 12 robots")),
-        pytest.param("crossing", 8, 0.0, marks=pytest.mark.long("a minute of 8 robots")),
         pytest.param("circle", 8, 0.3, marks=pytest.mark.long("a minute of 8 robots")),
-        pytest.param("office", 8, 0.0, marks=pytest.mark.long("a minute of 8 robots")),
     ],
 )
 def test_chains_end_at_a_root_and_never_name_a_holder_that_does_not_hold(name: str, robots: int, loss: float) -> None:

@@ -21,7 +21,7 @@ seeds = st.integers(0, 2**53)
 profiles = st.sampled_from(sorted(PROFILES))
 
 
-@settings(max_examples=25)
+@settings(max_examples=10)
 @given(profiles, seeds)
 def test_a_seed_means_one_plan_which_its_file_gives_back(
     tmp_path_factory: pytest.TempPathFactory, profile: str, seed: int
@@ -35,7 +35,7 @@ def test_a_seed_means_one_plan_which_its_file_gives_back(
     assert pickle.loads(pickle.dumps(plan)) == plan
 
 
-@settings(max_examples=25)
+@settings(max_examples=10)
 @given(profiles, seeds)
 def test_every_drawn_plan_is_a_world_within_its_profile(profile: str, seed: int) -> None:
     plan = draw(profile, seed)
