@@ -119,9 +119,8 @@ class FollowedPlan(NamedTuple):
             record = fresh.get(robot) if self.plan.ways[robot][-1] == cell and robot != self.me else None
             if record is None or record.idle or record.goal != cell:
                 continue  # it was only sent there, or has been there already: its goal is elsewhere now
-            rests = record.held[-1:] == (cell,) and not record.ahead  # at its place, which may be beside the cell
-            arrived = record.left >= len(self.plan.ways[robot]) - 1 or rests
-            if record.done and record.epoch == self.epoch and arrived:
+            arrived = record.left >= len(self.plan.ways[robot]) - 1
+            if record.epoch == self.epoch and ((record.done and arrived) or _rests_at(cell, record)):
                 continue
             if record.epoch == self.epoch or self._about_to_follow(record):
                 return robot
@@ -140,7 +139,8 @@ class FollowedPlan(NamedTuple):
             record = situation.fresh.get(robot) if robot != self.me else None
             if record is None:
                 continue
-            if record.epoch == self.epoch and record.left < len(self.plan.ways[robot]) - 1:
+            way = self.plan.ways[robot]
+            if record.epoch == self.epoch and record.left < len(way) - 1 and not _rests_at(way[-1], record):
                 return True
             if record.epoch != self.epoch and self._about_to_follow(record):
                 return True
@@ -162,6 +162,11 @@ class FollowedPlan(NamedTuple):
         if record.epoch is not None and record.epoch > self.epoch:
             return False
         return record.stamp <= self.adopted + SETTLE or record.frozen == self.epoch
+
+
+def _rests_at(cell: int, record: Record) -> bool:
+    """Return True if a robot that is done has come to its cell, or to its place, which may be beside the cell."""
+    return record.done and record.held[-1:] == (cell,) and not record.ahead
 
 
 class BroadcastTurn(NamedTuple):
