@@ -34,19 +34,19 @@ def test_a_robot_alone_runs_into_no_mover(movers: Scenario, seed: int) -> None:
     assert_every_contact_was_the_movers(Simulation.of(movers, 1, seed).run())
 
 
-@pytest.mark.long("eighteen whole missions; make test drives two")
-@pytest.mark.parametrize("seed", [seed for seed in range(1, 21) if seed not in QUICK])
-def test_a_robot_alone_runs_into_no_mover_on_twenty_seeds(movers: Scenario, seed: int) -> None:
+@pytest.mark.long("four whole missions; make test drives two")
+@pytest.mark.parametrize("seed", [seed for seed in range(1, 7) if seed not in QUICK])
+def test_a_robot_alone_runs_into_no_mover_on_more_seeds(movers: Scenario, seed: int) -> None:
     assert_every_contact_was_the_movers(Simulation.of(movers, 1, seed).run())
 
 
-@pytest.mark.long("five whole missions with four robots")
+@pytest.mark.long("three whole missions with four robots")
 def test_four_robots_get_out_of_the_way_of_most_movers(movers: Scenario) -> None:
-    reports = [Simulation.of(movers, 4, seed).run() for seed in range(1, 6)]
+    reports = [Simulation.of(movers, 4, seed).run() for seed in range(1, 4)]
     for report in reports:
         assert report["complete"], report["reason"]
         assert report["contacts"]["wall"] == report["contacts"]["robot"] == 0
-    assert sum(report["contacts"]["obstacle"] for report in reports) <= 4, "standing still it is 35"
+    assert sum(report["contacts"]["obstacle"] for report in reports) <= 3, "standing still it is seven a run"
 
 
 # fmt: off

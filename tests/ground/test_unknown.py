@@ -29,7 +29,7 @@ def test_a_robot_alone_learns_the_papers_box_and_touches_nothing(unknown: Scenar
 
 
 @pytest.mark.long("whole missions on an unknown floor; make test drives one")
-@pytest.mark.parametrize("seed", [2, 3, 4, 5])
+@pytest.mark.parametrize("seed", [2, 3])
 def test_a_robot_alone_completes_on_other_seeds(unknown: Scenario, seed: int) -> None:
     assert_complete_and_untouched(Simulation.of(unknown, 1, seed).run())
 

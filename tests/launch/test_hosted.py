@@ -23,7 +23,7 @@ def noisy(tmp_runtime: Path) -> Path:
 
 @pytest.mark.long("a whole mission")
 @pytest.mark.processes
-@pytest.mark.parametrize("size", [1, 2, 3, 1000])
+@pytest.mark.parametrize("size", [2, 1000])
 def test_robots_that_share_processes_drive_the_very_run_that_objects_drive(
     size: int, noisy: Path, tmp_runtime: Path
 ) -> None:

@@ -126,11 +126,10 @@ def test_the_buttons_work_on_a_running_fleet(small: Path, tmp_runtime: Path, cap
 
 
 @pytest.mark.long("two whole missions")
-@pytest.mark.parametrize("size", ["1", "2"])
-def test_a_restarted_run_is_the_first_one_again(paper: Scenario, tmp_runtime: Path, size: str) -> None:
+def test_a_restarted_run_is_the_first_one_again(paper: Scenario, tmp_runtime: Path) -> None:
     """Nothing of the run before is left over in any robot, nor lost of the new one's first words."""
     expected = in_process(paper, 3, 3)
-    arguments = ("--pace", "max", "--seed", "3", "--robots-per-process", size)
+    arguments = ("--pace", "max", "--seed", "3", "--robots-per-process", "2")
     with Fleet(PAPER, *arguments, robots=3, runtime=tmp_runtime) as fleet, fleet.bus() as bus:
         fleet.await_all(bus)
         await_clock(bus, lambda clock: clock.tick > 100)
@@ -169,10 +168,9 @@ def test_a_router_that_is_killed_again_and_again_ends_the_run_with_a_sentence(sm
 
 
 @pytest.mark.long("two whole missions")
-@pytest.mark.parametrize("pace", ["5", "max"])
-def test_a_killed_fork_server_is_no_end_of_anybody(small: Path, tmp_runtime: Path, pace: str) -> None:
+def test_a_killed_fork_server_is_no_end_of_anybody(small: Path, tmp_runtime: Path) -> None:
     """Those that run are watched without it; a new one forks the robot that is killed afterwards."""
-    with Fleet(small, "--pace", pace, "--wait", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
+    with Fleet(small, "--pace", "max", "--wait", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
         bus.listen(EVENT)
         fleet.await_all(bus)
         await_clock(bus, lambda clock: len(clock.present) == 2)
