@@ -18,7 +18,12 @@ from tests.shared import PAPER
 
 # Cases that take long are no fault on a loaded machine; a failure prints how to replay it.
 settings.register_profile(
-    "all", deadline=None, suppress_health_check=[HealthCheck.too_slow], print_blob=True, derandomize=True
+    "all",
+    max_examples=60,
+    deadline=None,
+    suppress_health_check=[HealthCheck.too_slow],
+    print_blob=True,
+    derandomize=True,
 )
 settings.register_profile("quick", settings.get_profile("all"), max_examples=25)  # `make test-all` takes "all" instead
 settings.load_profile("quick")

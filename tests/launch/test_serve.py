@@ -8,7 +8,6 @@ from swarm.bus import Bus
 from swarm.cli import main
 from swarm.messages import Activity, Liveness, Phase, RobotStatus, Status
 from tests.launch.actors import Command, Fleet, await_phase, await_status
-from tests.shared import mostly_long
 
 pytestmark = pytest.mark.processes
 
@@ -42,11 +41,8 @@ def test_without_serve_a_scenario_without_targets_is_refused(waiting: Path, caps
 
 
 @pytest.mark.long("a fleet whose world is killed")
-@pytest.mark.parametrize("pace", mostly_long("a whole mission with kills", ["max", "5"], "max"))
-def test_robots_wait_for_orders_also_when_a_robot_and_the_world_are_killed(
-    pace: str, waiting: Path, tmp_runtime: Path
-) -> None:
-    with Fleet(waiting, "--pace", pace, "--serve", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
+def test_robots_wait_for_orders_also_when_a_robot_and_the_world_are_killed(waiting: Path, tmp_runtime: Path) -> None:
+    with Fleet(waiting, "--pace", "5", "--serve", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
         fleet.await_all(bus)
         for name in ("r1", "r2"):
             await_done(bus, name, 0)
@@ -86,9 +82,8 @@ def test_a_fleet_that_is_stopped_before_it_has_done_what_was_asked_is_not_comple
 
 
 @pytest.mark.long("a whole mission with kills")
-@pytest.mark.parametrize("pace", ["max", "5"])
-def test_a_robot_leaves_and_another_process_goes_on_in_its_place(pace: str, waiting: Path, tmp_runtime: Path) -> None:
-    with Fleet(waiting, "--pace", pace, "--serve", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
+def test_a_robot_leaves_and_another_process_goes_on_in_its_place(waiting: Path, tmp_runtime: Path) -> None:
+    with Fleet(waiting, "--pace", "max", "--serve", runtime=tmp_runtime) as fleet, fleet.bus() as bus:
         fleet.await_all(bus)
         await_done(bus, "r2", 0)
         assert main(["order", "r2", "9.5,2.0", "9.5,6.0", "--home"]) == 0
