@@ -78,6 +78,7 @@ class PilotTuning(NamedTuple):
     settles_after: float = 60.0
     # rad; a robot that drives straight to its place turns on the spot if its heading is off by more
     docks_straight: float = 0.35
+    narrow: float = 5.5  # radii; in smaller cells a robot that stands turns to its aim on the spot
     docks_turning: float = 2.0  # 1/s, its turn for an error of its heading where the tables would turn away
     pulls_in: float = 0.1  # m from the middle of a narrow cell, where a robot drives straight to it until it is inside
     circle: float = 0.75  # track widths, the least radius of a circle that the tables drive round a place

@@ -235,34 +235,39 @@ def _can_all_arrive(cells: CellMap, settings: Settings, robots: int) -> bool:
     if len(starts) < robots or len(stops) < robots:
         return True
     heads = [_first_cell(cells, start, settings) for start in starts]
-    legs = [
-        heads,
-        *[[_last_cell(cells, stop, settings) for stop in leg if stop is not None] for leg in zip_longest(*stops)],
-    ]
-    legs = [leg for leg in legs if len(set(leg)) == robots and OUTSIDE not in leg]
-    return all(_is_solved(cells, *legs) for legs in pairwise(legs)) and all(
-        _can_dock(cells, settings, heads, robot, stop)
-        for robot, places in enumerate(stops)
-        for stop in places
-        if stop is not None
-    )
+    if len(set(heads)) < robots or OUTSIDE in heads:
+        return True
+    together = [heads]
+    for places in zip_longest(*stops):
+        leg = [_last_cell(cells, stop, settings) for stop in places if stop is not None]
+        shared = len(set(leg)) < len(leg)
+        if len(leg) == robots and not shared and OUTSIDE not in leg:
+            together.append(leg)
+        for robot, stop in enumerate(places):
+            if stop is not None and not _can_come_alone(cells, settings, heads, robot, stop, shared=shared):
+                return False
+    return all(_is_solved(cells, *legs) for legs in pairwise(together))
 
 
-def _can_dock(cells: CellMap, settings: Settings, heads: Sequence[int], robot: int, stop: Point) -> bool:
+def _can_come_alone(
+    cells: CellMap, settings: Settings, heads: Sequence[int], robot: int, stop: Point, *, shared: bool
+) -> bool:
     """Return True unless no plan is found in which a robot comes to a stop [m] and no other is in a cell that it needs.
 
-    Each leg can be driven backwards, so it does not matter where the others are before.
+    It is asked where robots share the stop's cell or the robot needs others besides. Each leg can be driven backwards,
+    so it does not matter where the others are before.
     """
     dock = find_dock(cells, stop, constants := traffic_settings(settings))
-    if dock is None or len(set(heads)) < len(heads) or OUTSIDE in heads:
+    cell = _last_cell(cells, stop, settings)
+    if (dock is None and not shared) or cell == OUTSIDE:
         return True
-    needs = dock.cells_beside(cells, constants)
+    needs = dock.cells_beside(cells, constants) if dock is not None else ()
     names = {str(number): head for number, head in enumerate(heads)}
-    wishes = names | {str(robot): dock.cell}
+    wishes = names | {str(robot): cell}
     since, others = dict.fromkeys(names, 0), names.keys() - {str(robot)}
     found = assign_goals(cells, names, wishes, (), since, others, kept_free=needs)
     goals = [found[name] for name in names]
-    return goals[robot] == dock.cell and set(needs).isdisjoint(goals) and _is_solved(cells, heads, goals)
+    return goals[robot] == cell and set(needs).isdisjoint(goals) and _is_solved(cells, heads, goals)
 
 
 def _is_solved(cells: CellMap, starts: Sequence[int], goals: Sequence[int]) -> bool:

@@ -77,6 +77,7 @@ class GoalCell:
         if wish is None:
             if self.wish is not None or self.cell == OUTSIDE:
                 self.cell = progress.head
+            self.dock = None  # it stays inside its cell
         elif wish != self.wish or self.cell == OUTSIDE or self.way_out or not cells.stands[self.cell]:
             self.way_out = _way_out(progress, body, cells, settings.radius)
             cell = self.way_out[0] if self.way_out else cells.cell_of(*wish)

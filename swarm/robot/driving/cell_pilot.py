@@ -81,6 +81,8 @@ class CellPilot:
         self._before = LastTick()
         self._progress = ProgressChecker(make_way_length_test(round(PILOT.longer / cells.side)))
         self._could_drive = 0  # ticks
+        self._narrow = cells.side < PILOT.narrow * robot.radius
+        self._turns = False  # on the spot, towards its aim
         self._aiming = Aiming(cells, robot.radius)
 
     @property
@@ -234,6 +236,9 @@ class CellPilot:
             clear = clear._replace(front_gap=SAFETY.gap)
             if abs(heading) > PILOT.docks_straight:
                 return Driven(self._filter.face(body, heading), heading, scale, drawn_to, circles, target)
+        if self._turns_in_lane(sense, granted, heading):
+            self._detour.end()
+            return Driven(self._filter.face(body, heading), heading, scale, drawn_to, circles, target)
         constraints = clear._replace(stop_within=within, slowly=granted.looks, may_drive=granted.may_drive)
         if not straight and (aside := self._detour.heading(sense, constraints)) is not None:
             heading, scale = aside, SCALE.detour
@@ -263,6 +268,17 @@ class CellPilot:
         wished = self._aiming.shut_boxes((*granted.drivable, *granted.room))
         out = self._evasion.way_out(sense, constraints, wished, granted.threats)
         return None if out is None else self._filter.limit_way_out(sense, out, constraints)
+
+    def _turns_in_lane(self, sense: Sense, granted: TrafficOutputs, heading: float) -> bool:
+        """Return True if the robot stands in a cell too small for the tables' arcs, and has to turn on the spot.
+
+        There a wall beside it and its aim on the same side balance each other in the tables, and it would stand.
+        """
+        if not self._narrow or granted.threats or abs(sense.linear) > SAFETY.stands:
+            self._turns = False
+        else:
+            self._turns = abs(heading) > (SAFETY.turn_until if self._turns else PILOT.docks_straight)
+        return self._turns
 
     def _turns_meanwhile(self, granted: TrafficOutputs) -> bool:
         """Return True if the robot turns towards its way while it waits, in a passage too narrow to turn in later."""
