@@ -4,11 +4,12 @@ Four tables: how many random free places a fleet refuses as a stop; how many of 
 other, with the smallest reach, and where robots come to rest; missions to such places, against the same missions with a
 reach of 0.4 m; and robots head on in halls, against one robot alone, with poses that are 3 cm off too. Places and halls
 know no lattice: a body with 5 cm around it is clear of the drawn walls; in a hall each seed draws other starts.
-``--also`` names more scenario files, for the first two tables.
+``--also`` names more scenario files, for the first two tables; ``--tables`` are those to print.
 """
 
 import argparse
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Sequence
+from concurrent.futures import Executor, ProcessPoolExecutor
 from dataclasses import replace
 from math import inf, pi
 from pathlib import Path
@@ -198,54 +199,79 @@ def text_of(row: Row, against: float) -> str:
     )
 
 
+HEAD: Final = "complete | contacts | two owners; outside | time [s] | times that at {} | settling [s] | tables |"
+
+
+def print_refused(pool: Executor, maps: Sequence[str], seeds: range) -> None:
+    """Print how many places are refused on each map."""
+    print("\n| map | reach [m] | refused | not reached inside one cell |\n|---|---|---|---|")
+    many = len(REACHES)
+    for name in maps:
+        found = list(pool.map(count_refused, [name] * many, REACHES, [seeds[0]] * many))
+        for reach, (refused, outside) in zip(REACHES, found, strict=True):
+            print(f"| {Path(name).stem} | {reach:g} | {refused} of {PLACES} | {outside} of {PLACES} |", flush=True)
+
+
+def print_visits(pool: Executor, maps: Sequence[str], seeds: range) -> None:
+    """Print how many places one robot drives to on each map, and where robots come to rest."""
+    print(
+        f"\n| map, reach {REACHES[-1]:g} m | visited | contacts | time of each [s] | rests of {RESTS} "
+        "| mean distance [m] | greatest [m] |\n|---|---|---|---|---|---|---|"
+    )
+    rests = [pool.map(find_rest, [name] * RESTS, range(seeds[0], seeds[0] + RESTS)) for name in maps]
+    visits = pool.map(visit_all, maps, [seeds[0]] * len(maps))
+    for name, at_rest, (visited, time, contacts) in zip(maps, rests, visits, strict=True):
+        at = [rest for rest in at_rest if rest < inf]
+        print(
+            f"| {Path(name).stem} | {visited} of {PLACES} | {contacts} | {time:.1f} | {len(at)} "
+            f"| {mean(at or [inf]):.3f} | {max(at, default=inf):.3f} |",
+            flush=True,
+        )
+
+
+def print_fleets(pool: Executor, maps: Sequence[str], seeds: range) -> None:
+    """Print missions of fleets to places, against the same with a wide reach."""
+    print(f"\n| fleet | reach [m] | {HEAD.format('0.4 m')}\n|---|---|---|---|---|---|---|---|---|")
+    many = len(seeds)
+    for name, robots in FLEETS:
+        wide = 0.0
+        for reach in (WIDE, *REACHES):
+            row = row_of(list(pool.map(drive_to_places, [name] * many, [robots] * many, [reach] * many, seeds)))
+            wide = wide or row.time
+            print(f"| {name} {robots} | {reach:g} {text_of(row, wide)}", flush=True)
+
+
+def print_halls(pool: Executor, maps: Sequence[str], seeds: range) -> None:
+    """Print missions through halls, against one robot alone."""
+    print(f"\n| hall [m] | robots | {HEAD.format('one robot alone')}\n|---|---|---|---|---|---|---|---|---|")
+    for width in WIDTHS:
+        alone = 0.0
+        for robots in (1, 2, 4, 6):
+            row = row_of(list(pool.map(drive_through_hall, [width] * 3, [robots] * 3, seeds[:3])))
+            alone = alone or row.time
+            print(f"| {width:g} | {robots} {text_of(row, alone)}", flush=True)
+        if width == OFF_IN:
+            row = row_of(list(pool.map(drive_through_hall, [width] * 3, [2] * 3, seeds[:3], [OFF] * 3)))
+            print(f"| {width:g} | 2, poses 3 cm off {text_of(row, alone)}", flush=True)
+
+
+TABLES: Final = {"refused": print_refused, "visits": print_visits, "fleets": print_fleets, "halls": print_halls}
+
+
 def main() -> None:
     """Print the tables."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seeds", type=int, default=10)
     parser.add_argument("--start", type=int, default=9001, help="first seed")
     parser.add_argument("--also", nargs="*", default=[], metavar="FILE.yaml", help="more scenarios")
+    parser.add_argument("--tables", nargs="*", default=list(TABLES), choices=TABLES, help="default: all of them")
     options = parser.parse_args()
     seeds = range(options.start, options.start + options.seeds)
-    print(f"load {load_of_machine()}, seeds {seeds[0]} to {seeds[-1]}\n")
+    maps = (*MAPS, *HELD_BACK, *options.also)
+    print(f"load {load_of_machine()}, seeds {seeds[0]} to {seeds[-1]}")
     with ProcessPoolExecutor() as pool:
-        maps, many = (*MAPS, *HELD_BACK, *options.also), len(REACHES)
-        print("| map | reach [m] | refused | not reached inside one cell |\n|---|---|---|---|")
-        for name in maps:
-            found = list(pool.map(count_refused, [name] * many, REACHES, [seeds[0]] * many))
-            for reach, (refused, outside) in zip(REACHES, found, strict=True):
-                print(f"| {Path(name).stem} | {reach:g} | {refused} of {PLACES} | {outside} of {PLACES} |", flush=True)
-        print(
-            f"\n| map, reach {REACHES[-1]:g} m | visited | contacts | time of each [s] | rests of {RESTS} "
-            "| mean distance [m] | greatest [m] |\n|---|---|---|---|---|---|---|"
-        )
-        rests = [pool.map(find_rest, [name] * RESTS, range(seeds[0], seeds[0] + RESTS)) for name in maps]
-        visits = pool.map(visit_all, maps, [seeds[0]] * len(maps))
-        for name, at_rest, (visited, time, contacts) in zip(maps, rests, visits, strict=True):
-            at = [rest for rest in at_rest if rest < inf]
-            print(
-                f"| {Path(name).stem} | {visited} of {PLACES} | {contacts} | {time:.1f} | {len(at)} "
-                f"| {mean(at or [inf]):.3f} | {max(at, default=inf):.3f} |",
-                flush=True,
-            )
-        head = "complete | contacts | two owners; outside | time [s] | times that at {} | settling [s] | tables |"
-        print(f"\n| fleet | reach [m] | {head.format('0.4 m')}\n|---|---|---|---|---|---|---|---|---|")
-        for name, robots in FLEETS:
-            wide = 0.0
-            for reach in (WIDE, *REACHES):
-                many = len(seeds)
-                row = row_of(list(pool.map(drive_to_places, [name] * many, [robots] * many, [reach] * many, seeds)))
-                wide = wide or row.time
-                print(f"| {name} {robots} | {reach:g} {text_of(row, wide)}", flush=True)
-        print(f"\n| hall [m] | robots | {head.format('one robot alone')}\n|---|---|---|---|---|---|---|---|---|")
-        for width in WIDTHS:
-            alone = 0.0
-            for robots in (1, 2, 4, 6):
-                row = row_of(list(pool.map(drive_through_hall, [width] * 3, [robots] * 3, seeds[:3])))
-                alone = alone or row.time
-                print(f"| {width:g} | {robots} {text_of(row, alone)}", flush=True)
-            if width == OFF_IN:
-                row = row_of(list(pool.map(drive_through_hall, [width] * 3, [2] * 3, seeds[:3], [OFF] * 3)))
-                print(f"| {width:g} | 2, poses 3 cm off {text_of(row, alone)}", flush=True)
+        for table in options.tables:
+            TABLES[table](pool, maps, seeds)
 
 
 if __name__ == "__main__":
