@@ -169,7 +169,6 @@ class Traffic:
         room = list_room_cells(on_way, inputs.pose, inputs.sweeps, heard.fresh, heard.threats, cells) if asks else ()
         if needs and not heard.threats:
             room = needs
-        # beside its goal, on a straight line to its place, it is past all of its way, wherever it left it
         arrives = body.cell in needs and is_docked(self._goal, dock, on_way.reservations.held, body, cells, settings)
         here = on_way.head if arrives else body.cell
         released = on_way.release_behind(body.touched, here, room, self._goal.stop_to_visit(wish))

@@ -29,7 +29,7 @@ from swarm.robot.driving.safety import (
     SafetyFilter,
     WheelSpeeds,
 )
-from swarm.robot.driving.tables import Detour, Rollout, fuzzy_speeds, must_drive_straight, scale_of
+from swarm.robot.driving.tables import Detour, LaneTurn, Rollout, fuzzy_speeds, must_drive_straight, scale_of
 from swarm.robot.ground import Block
 from swarm.robot.mission import targets_of_others
 from swarm.robot.sectors import sectors
@@ -81,8 +81,7 @@ class CellPilot:
         self._before = LastTick()
         self._progress = ProgressChecker(make_way_length_test(round(PILOT.longer / cells.side)))
         self._could_drive = 0  # ticks
-        self._narrow = cells.side < PILOT.narrow * robot.radius
-        self._turns = False  # on the spot, towards its aim
+        self._lane_turn = LaneTurn(cells.side, robot.radius)
         self._aiming = Aiming(cells, robot.radius)
 
     @property
@@ -162,8 +161,8 @@ class CellPilot:
         If the process falls asleep, the wheels obey its last command until the command expires. Only an unconstrained
         robot needs these ticks here: between others, the safety filter looks further ahead than that.
         """
-        unconstrained = before.granted is not None and before.granted.unconstrained
-        return (*late, *(before.driven.speeds,) * (unconstrained * round(COMMAND.timeout * self._settings.rate)))
+        alone = before.granted is not None and before.granted.unconstrained
+        return (*late, *(before.driven.speeds,) * (alone * round(COMMAND.timeout * self._settings.rate)))
 
     def take_floor(self, floor: OccupancyMap) -> None:
         """Replace the map; reservations and peer records stay."""
@@ -200,12 +199,11 @@ class CellPilot:
         ``late`` are the commands [m/s] that the wheels have not carried out yet.
         """
         sense, pose, grid = inputs.sense, inputs.pose, inputs.navigator.grid
-        bodies = np.array(granted.beside, np.float64) if granted.beside else NO_BODIES
         if granted.face is not None and not granted.threats:
             self._detour.end()
             error = bearing(pose, granted.face)
             return before._replace(speeds=self._filter.face(body, error), heading=error)
-        if inputs.heading is not None and not granted.threats and self._is_there(inputs):
+        if inputs.heading is not None and not granted.threats and inputs.is_at_goal(self._settings.reach):
             self._detour.end()
             then = self._filter.state_after(body, self._lateness.expected_commands())
             error = wrap(inputs.heading - then.pose.yaw)
@@ -218,6 +216,7 @@ class CellPilot:
         near = scan.body_readings(self._traffic.settings, WATCH) if late and granted.threats else ()
         nearest = min((reading.measured for reading in near), default=inf)
         fastest = min(limit.fastest, self._filter.near_threats(body, late, granted.threats, nearest))
+        bodies = np.array(granted.beside, np.float64) if granted.beside else NO_BODIES
         clear = Constraints(grid, shut, local, bodies, fastest=fastest, uncertainty=uncertainty)
         if (away := self._speeds_out_of_way(sense, clear, granted)) is not None:
             return before._replace(speeds=away, heading=heading, drawn_to=drawn_to)
@@ -231,13 +230,12 @@ class CellPilot:
                 self._detour.end()
                 return Driven(STAND, heading, scale, drawn_to, circles, target)
             within, heading, scale = 0.0, bearing(pose, self._cells.centre(granted.way[1])), SCALE.turning
+        turns = self._lane_turn.check(sense, heading, threatened=bool(granted.threats))
         if straight := sticks_out or must_drive_straight(granted, self._settings):
+            turns, clear = abs(heading) > PILOT.docks_straight, clear._replace(front_gap=SAFETY.gap)
+        if straight or turns:
             self._detour.end()
-            clear = clear._replace(front_gap=SAFETY.gap)
-            if abs(heading) > PILOT.docks_straight:
-                return Driven(self._filter.face(body, heading), heading, scale, drawn_to, circles, target)
-        if self._turns_in_lane(sense, granted, heading):
-            self._detour.end()
+        if turns:
             return Driven(self._filter.face(body, heading), heading, scale, drawn_to, circles, target)
         constraints = clear._replace(stop_within=within, slowly=granted.looks, may_drive=granted.may_drive)
         if not straight and (aside := self._detour.heading(sense, constraints)) is not None:
@@ -269,17 +267,6 @@ class CellPilot:
         out = self._evasion.way_out(sense, constraints, wished, granted.threats)
         return None if out is None else self._filter.limit_way_out(sense, out, constraints)
 
-    def _turns_in_lane(self, sense: Sense, granted: TrafficOutputs, heading: float) -> bool:
-        """Return True if the robot stands in a cell too small for the tables' arcs, and has to turn on the spot.
-
-        There a wall beside it and its aim on the same side balance each other in the tables, and it would stand.
-        """
-        if not self._narrow or granted.threats or abs(sense.linear) > SAFETY.stands:
-            self._turns = False
-        else:
-            self._turns = abs(heading) > (SAFETY.turn_until if self._turns else PILOT.docks_straight)
-        return self._turns
-
     def _turns_meanwhile(self, granted: TrafficOutputs) -> bool:
         """Return True if the robot turns towards its way while it waits, in a passage too narrow to turn in later."""
         passage = len(self._cells.neighbours[granted.way[0]]) <= PILOT.passage
@@ -307,8 +294,8 @@ class CellPilot:
         rolls_up = granted.activity in ROLLS_UP and len(granted.way) > 1
         if rolls_up and distance_along(inputs.pose, granted.waypoints) > PILOT.queued:
             return False
-        away = distance(inputs.pose, inputs.goal)
-        if inputs.done and not granted.waits and away > PILOT.well_within * self._settings.reach:
+        far = distance(inputs.pose, inputs.goal) > PILOT.well_within * self._settings.reach
+        if inputs.done and not granted.waits and far:
             return False
         return self._cells.can_fit_disc(granted.held, inputs.pose.x, inputs.pose.y, self._room + inputs.estimate.error)
 
@@ -322,19 +309,16 @@ class CellPilot:
             self._progress.forget()
         return self._progress.check(len(granted.way), self._could_drive) / self._settings.rate
 
-    def _is_there(self, inputs: PilotInputs) -> bool:
-        return distance(inputs.pose, inputs.goal) <= self._settings.reach
-
     def _ticks_kept_away(self, inputs: PilotInputs, before: LastTick) -> int:
         """Return for how many ticks the robot has been kept from its place since it is done.
 
         If that is long, it stays where it is in no way. All times away count together: robots that drive each other
         away in turn are at their places now and then.
         """
-        return before.kept_away + (not self._is_there(inputs)) if inputs.done else 0
+        return before.kept_away + (not inputs.is_at_goal(self._settings.reach)) if inputs.done else 0
 
     def _activity(self, inputs: PilotInputs, granted: TrafficOutputs, *, idle: bool, lost: bool) -> Activity:
-        if idle or (inputs.done and self._is_there(inputs)):
+        if idle or (inputs.done and inputs.is_at_goal(self._settings.reach)):
             return Activity.DONE
         if inputs.sense.stopped:
             return Activity.STOPPED

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable, Sequence
 from typing import Final, NamedTuple, Protocol
 
-from swarm.geometry import Pose
+from swarm.geometry import Pose, distance
 from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.messages import Activity, Broadcast, Sense
 from swarm.messages.traffic import TrafficBroadcast
@@ -30,6 +30,10 @@ class PilotInputs(NamedTuple):
     navigator: Navigator  # the robot's path to the goal
     heard: Sequence[Broadcast]  # broadcasts that arrived at this tick
     estimate: Estimate = EXACT  # how well the pose is known
+
+    def is_at_goal(self, reach: float) -> bool:
+        """Return True if the robot is within ``reach`` [m] of its current stop."""
+        return distance(self.pose, self.goal) <= reach
 
 
 class PilotOutputs(NamedTuple):

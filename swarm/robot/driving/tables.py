@@ -18,7 +18,7 @@ from swarm.maps.occupancy import Point
 from swarm.messages import Sense
 from swarm.motion.drive import advance
 from swarm.robot.driving.safety import Constraints, DriveState, SafetyFilter
-from swarm.robot.tuning import DETOUR, PILOT, ROLLOUT, SCALE, RolloutTuning
+from swarm.robot.tuning import DETOUR, PILOT, ROLLOUT, SAFETY, SCALE, RolloutTuning
 from swarm.settings import RobotSettings, Settings
 from swarm.traffic.interface import TrafficOutputs
 from swarm.traffic.progress_checker import ProgressChecker, make_movement_test
@@ -82,6 +82,25 @@ def scale_of(granted: TrafficOutputs, room: float, heading: float, nowhere: floa
     if granted.unconstrained:
         return 1.0
     return min(1.0, max(SCALE.tight, room / SCALE.roomy)) * (1.0 - SCALE.behind * abs(heading) / pi)
+
+
+class LaneTurn:
+    """The turns of one robot on the spot, in cells too small for the tables' arcs.
+
+    There a wall beside the robot and its aim on the same side balance each other in the tables, and it would stand.
+    """
+
+    def __init__(self, side: float, radius: float) -> None:
+        self._narrow = side < PILOT.narrow * radius
+        self._turns = False
+
+    def check(self, sense: Sense, heading: float, *, threatened: bool) -> bool:
+        """Return True if the robot stands and has to turn by its ``heading`` error [rad], until it is small."""
+        if not self._narrow or threatened or abs(sense.linear) > SAFETY.stands:
+            self._turns = False
+        else:
+            self._turns = abs(heading) > (SAFETY.turn_until if self._turns else PILOT.docks_straight)
+        return self._turns
 
 
 class Detour:
