@@ -52,9 +52,7 @@ def test_who_drives_into_a_mover_touches_it() -> None:
 KEPT = {  # worlds that were broken once: by what
     22013: "robots fled from walls that noise showed as obstacles, and stood",
     50517: "a robot drove into a pocket behind a wall beside its way, and stood",
-    60117: "a robot in a lane half a cell wide beside its way asked for one of the two cells that lead back",
     50346: "a robot whose answers came 0.2 s late drove into a mover",
-    120742: "a robot went round a loop before it had left the first cell of it, and gave up the cells between",
 }
 # fmt: on
 

@@ -111,17 +111,11 @@ CASES: Final = {
     "killed router": Case(HARD, ("--limit", "8"), kills_the_router),
     "edit, order, pause, restart": Case(HARD, ("--limit", "6"), steers),
     "late answers": Case(SMALL, ("--limit", "8", "--delay", "55")),
-    "slow network": Case(HARD, ("--limit", "8", "--delay", "120,60"), stalls_and_kills),
     "lockstep": Case(HARD, ("--pace", "max", "--limit", "20"), stalls_and_kills),
-    "lockstep, killed router": Case(HARD, ("--pace", "max", "--limit", "20"), kills_the_router),
     "lockstep, killed world": Case(HARD, ("--pace", "max", "--limit", "20"), kills_the_world),
-    "movers with noise": Case(ROOT / "scenarios" / "movers.yaml", ("--limit", "8"), stalls_and_kills),
-    "unknown floor": Case(UNKNOWN, ("--limit", "8"), stalls_and_kills),
     "unknown floor, killed world": Case(ROOT / "scenarios" / "unknown.yaml", ("--limit", "8"), kills_the_world, 4),
     "places, pool": Case(NO_STOPS, ("--serve",), adds, 2),
     "sharing processes": Case(HARD, ("--limit", "8", "--robots-per-process", "2"), steers, 3),
-    "many": Case(ROOT / "scenarios" / "doorway.yaml", ("--limit", "10"), stalls_and_kills, 8),
-    "paper": Case(PAPER, ("--limit", "12"), stalls_and_kills, 4),
 }
 QUICK: Final = ("killed world",)
 
