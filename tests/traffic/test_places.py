@@ -20,7 +20,14 @@ def assert_clean(report: dict[str, Any]) -> None:
     assert report["traffic"]["overlaps"] == report["traffic"]["outside"] == 0
 
 
-@pytest.mark.parametrize(("robots", "reach", "seed"), [(1, 0.05, 12), (4, 0.1, 101), (4, 0.25, 102), (8, 0.1, 3)])
+@pytest.mark.parametrize(
+    ("robots", "reach", "seed"),
+    [
+        (1, 0.05, 12),
+        pytest.param(4, 0.1, 101, marks=pytest.mark.long("a whole mission of 4 robots")),
+        pytest.param(8, 0.1, 3, marks=pytest.mark.long("a whole mission of 8 robots")),
+    ],
+)
 def test_robots_come_to_any_free_place(paper: Scenario, robots: int, reach: float, seed: int) -> None:
     mission = mission_to_places(paper, robots, 3, reach, seed)
     assert_clean(Simulation.of(mission, robots, 1).run(limit=500.0))
