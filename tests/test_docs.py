@@ -12,6 +12,7 @@ from swarm.planning.path import Path as PlannedPath
 from swarm.planning.path import line_is_free, plan
 from swarm.scenario.check import check
 from swarm.scenario.load import load
+from tests.shared import mostly_long
 
 ROOT = Path(__file__).parents[1]
 LINK = re.compile(r"\[[^\]]*\]\(([^)#\s]+)(?:#[^)]*)?\)")
@@ -24,8 +25,8 @@ def test_generated_parts_are_what_the_code_says(page: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "picture", sorted(FILES.keys() - {"pictures/handover.svg"})
-)  # that one is two runs of eight robots
+    "picture", mostly_long("draws runs of a whole fleet", FILES, *FILES.keys() - {"pictures/handover.svg"})
+)
 def test_generated_pictures_are_what_the_code_draws(picture: str) -> None:
     drawn = (ROOT / "docs" / picture).read_text(encoding="utf-8")
     assert drawn == FILES[picture](), "out of date: python -m docs.generate"

@@ -52,7 +52,15 @@ def test_who_drives_into_a_mover_touches_it() -> None:
 KEPT = {  # worlds that were broken once: by what
     22013: "robots fled from walls that noise showed as obstacles, and stood",
     50517: "a robot drove into a pocket behind a wall beside its way, and stood",
+    70096: "two robots started in one cell, and one held the cell beyond the other",
+    60117: "a robot in a lane half a cell wide beside its way asked for one of the two cells that lead back",
+    50746: "a robot whose answers came 0.2 s late touched a wall",
+    51133: "a robot drove past a mover where it had once stood",
     50346: "a robot whose answers came 0.2 s late drove into a mover",
+    80217: "eight robots on sixteen cells moved for minutes until all stood at their goals at once",
+    100024: "a robot gave up the cell between it and its way, and another one took it",
+    120769: "a robot alone began its way again in a cell that joins no other",
+    120742: "a robot went round a loop before it had left the first cell of it, and gave up the cells between",
 }
 # fmt: on
 

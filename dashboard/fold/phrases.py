@@ -72,6 +72,10 @@ TROUBLE: Final[Mapping[str, str]] = {  # kind of event -> its words for people; 
     "pose_worse": "{}",
     "pose_jumped": "{}",
     "pose_lost": "{}",
+    "body_silent": "{}",
+    "body_back": "{}",
+    "body_jumped": "{}",
+    "body_refused": "{}",
     "duplicate": "{}",
     "edit_refused": "a change of the floor was refused: {}",
     "request_refused": "a request was refused: {}",
@@ -81,7 +85,7 @@ TROUBLE: Final[Mapping[str, str]] = {  # kind of event -> its words for people; 
 def describe_trouble(event: Event) -> str:
     """Return an event that needs attention in words for people; "" for one that does not.
 
-    >>> trouble(Event(run=0, tick=9, time=0.45, robot="r1", kind="contact", text="touches wall"))
+    >>> describe_trouble(Event(run=0, tick=9, time=0.45, robot="r1", kind="contact", text="touches wall"))
     'r1 touches wall'
     """
     words = TROUBLE.get(event.kind, "").format(event.text)

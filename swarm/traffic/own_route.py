@@ -178,6 +178,24 @@ def is_docked(
     return body.cell == goal.cell or goal.dock.is_straight(body.pose[:2], held, cells, settings)
 
 
+def cell_on_way(
+    goal: GoalCell,
+    dock: DockCells,
+    progress: RouteProgress,
+    body: Footprint,
+    cells: CellMap,
+    settings: TrafficConstants,
+) -> int:
+    """Return the cell that counts as the body's on its way: the way's last one while it is beside it, at its place.
+
+    It may have left its way for the straight line to its place before it was in that cell, and is past all of it.
+    """
+    beside = body.cell in {*dock.wanted, *dock.kept}
+    if beside and is_docked(goal, dock, progress.reservations.held, body, cells, settings):
+        return progress.head
+    return body.cell
+
+
 def _way_out(progress: RouteProgress, body: Footprint, cells: CellMap, radius: float) -> tuple[int, ...]:
     """Return the cell to drive to, as a way, if an edit has left the body in a cell where no robot can stand.
 

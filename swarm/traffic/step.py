@@ -21,7 +21,7 @@ from swarm.traffic.obstacles.detector import BlockageChecker, ObstacleDetector, 
 from swarm.traffic.obstacles.inspection import Inspector
 from swarm.traffic.obstacles.scan import Scan
 from swarm.traffic.outputs import RecordWriter, StepResult, outputs_of
-from swarm.traffic.own_route import GoalCell, OwnRoute, Wish, cells_at_dock, is_docked
+from swarm.traffic.own_route import GoalCell, OwnRoute, Wish, cell_on_way, cells_at_dock, is_docked
 from swarm.traffic.peers.records import PeerRecords, TrafficNote
 from swarm.traffic.peers.sightings import Sightings
 from swarm.traffic.peers.situation import Situation
@@ -169,8 +169,7 @@ class Traffic:
         room = list_room_cells(on_way, inputs.pose, inputs.sweeps, heard.fresh, heard.threats, cells) if asks else ()
         if needs and not heard.threats:
             room = needs
-        arrives = body.cell in needs and is_docked(self._goal, dock, on_way.reservations.held, body, cells, settings)
-        here = on_way.head if arrives else body.cell
+        here = cell_on_way(self._goal, dock, on_way, body, cells, settings)
         released = on_way.release_behind(body.touched, here, room, self._goal.stop_to_visit(wish))
         moved = tick if released.way_cell_count < on_way.way_cell_count else heard.moved
         other_goal = self._goal.set_wish(wish.goal, released, body, cells, settings)

@@ -181,6 +181,8 @@ SAID: dict[str, tuple[list[Message], list[str]]] = {  # what is heard -> the lin
                                 ["2.5 s  a gives up target 2: no path leads there"]),
     "no way for any":          ([event("unsolvable", "no way exists for a, b to reach their targets together")],
                                 ["2.5 s  a says that no way exists for a, b to reach their targets together"]),
+    "a body that is silent":   ([event("body_silent", "has reported no body for 0.25 s"), event("body_back", "reports its body again")],
+                                ["2.5 s  a has reported no body for 0.25 s", "2.5 s  a reports its body again"]),
     "a refused change":        ([event("edit_refused", "outside", None)],
                                 ["2.5 s  a change of the floor was refused: outside"]),
     "what needs no attention": ([event("joint_plan", "made a joint plan"), event("reached", "is at target 1")], []),

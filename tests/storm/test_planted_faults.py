@@ -29,6 +29,7 @@ from swarm.traffic.joint.states import FollowedPlan
 from swarm.traffic.lattice.cell_map import CellMap
 from swarm.traffic.obstacles.inspection import Inspection, Inspector
 from swarm.traffic.peers.records import PeerRecords, TrafficNote
+from swarm.traffic.peers.situation import Situation
 from swarm.traffic.reservations.claims import CellClaimer, ClaimResult
 from swarm.traffic.reservations.route import RouteProgress
 from swarm.traffic.reservations.rules import GRANT, TAKE, ClaimCase, Reservations
@@ -130,6 +131,19 @@ def strong_brakes(settings: Settings) -> Settings:
     return changed(settings, robot=robot)
 
 
+def others_first(real: Callable[..., ClaimResult]) -> Callable[..., ClaimResult]:
+    """Let r1 claim nothing while another robot drives to its target."""
+
+    def claiming(
+        self: CellClaimer, progress: RouteProgress, plan: object, situation: Situation, *rest: object
+    ) -> ClaimResult:
+        if self.me == "r1" and any(record.goal == situation.goal for record in situation.fresh.values()):
+            return ClaimResult(progress.without_claims(), (), took=False)
+        return real(self, progress, plan, situation, *rest)
+
+    return claiming
+
+
 def fault(robot: str, kind: str, tick: int, ticks: int = 0) -> dict[str, object]:
     return {"robot": robot, "kind": kind, "tick": tick, "ticks": ticks}
 
@@ -140,6 +154,7 @@ THERE, BACK = [9.0, 1.8], [1.8, 1.8]  # m
 LINES = FLOOR.splitlines()
 CORRIDOR = "\n".join((*[LINES[0]] * 6, *LINES[6:]))  # one row of cells
 HALL = "\n".join([*["#" * 24] * 3, *["###" + "." * 18 + "###"] * 9, *["#" * 24] * 3])  # three rows of six cells
+SHARED = [5.4, 3.0]  # m; a target that all but r1 visit again and again
 
 # fmt: off
 WORLDS: dict[str, dict[str, object]] = {  # fields of `plan_of`: two robots in two rows of seven cells
@@ -153,6 +168,9 @@ WORLDS: dict[str, dict[str, object]] = {  # fields of `plan_of`: two robots in t
     "away":     {"own_targets": [[[4.2, 1.8], THERE], [[1.8, 3.0]]], "faults": [fault("r1", "away", 200, 60)]},
     "dead":     {"map": {"text": CORRIDOR, "cell": 0.4}, "start": {"poses": [LEFT, RIGHT]},
                  "own_targets": [[[4.2, 1.8], BACK, [5.4, 1.8]], [BACK]], "faults": [fault("r2", "dead", 70)]},
+    "queue":    {"map": {"text": HALL, "cell": 0.4}, "robots": 4, "limit": 150.0,
+                 "start": {"poses": [[4.2, 4.2, 0.0], [7.8, 3.0, 3.14], [1.8, 1.8, 0.0], [7.8, 4.2, 3.14]]},
+                 "own_targets": [[SHARED, [1.8, 4.2]], [SHARED, [7.8, 3.0]] * 12, [SHARED, [1.8, 1.8]] * 12, [SHARED, [7.8, 4.2]] * 12]},
     "wall":     {"edits": [{"at": 2.0, "kind": "wall", "low": [4.9, 1.3], "high": [5.2, 2.3]}]},
 }
 
@@ -164,6 +182,7 @@ PLANTED: dict[str, tuple[str, str, tuple[Plant, ...]]] = {  # the law that it br
     "take although held": ("takes only what is free", "claims 2", (Plant(TAKE, "somebody holds it", always(True)),)),
     "no listening": ("listens first", "swap", (traffic(listen=0),)),
     "edit ignored": ("all arrive", "wall", (Plant(CellPilot, "take_floor", always(None)),)),
+    "others always first": ("nobody is overtaken for ever", "queue", (Plant(CellClaimer, "step", others_first),)),
     "never looks": ("all arrive", "dead", (Plant(Inspector, "inspect", always(Inspection())),)),
     "grant without 'I hold it'": ("no false agreement", "one cell", (Plant(GRANT, "I hold the cell", always(True)),)),
     "grant without 'older claim'": ("no false agreement", "one cell", (
@@ -229,6 +248,7 @@ def broken(name: str) -> set[str]:
 DEAR: Final = {
     "plan order ignored",
     "relayed records dropped",
+    "others always first",
     "take although held",
     "brakes taken for twice as strong",
     "a new process counts claims from 1",

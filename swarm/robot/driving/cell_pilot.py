@@ -161,8 +161,8 @@ class CellPilot:
         If the process falls asleep, the wheels obey its last command until the command expires. Only an unconstrained
         robot needs these ticks here: between others, the safety filter looks further ahead than that.
         """
-        alone = before.granted is not None and before.granted.unconstrained
-        return (*late, *(before.driven.speeds,) * (alone * round(COMMAND.timeout * self._settings.rate)))
+        unconstrained = before.granted is not None and before.granted.unconstrained
+        return (*late, *(before.driven.speeds,) * (unconstrained * round(COMMAND.timeout * self._settings.rate)))
 
     def take_floor(self, floor: OccupancyMap) -> None:
         """Replace the map; reservations and peer records stay."""
@@ -199,6 +199,7 @@ class CellPilot:
         ``late`` are the commands [m/s] that the wheels have not carried out yet.
         """
         sense, pose, grid = inputs.sense, inputs.pose, inputs.navigator.grid
+        bodies = np.array(granted.beside, np.float64) if granted.beside else NO_BODIES
         if granted.face is not None and not granted.threats:
             self._detour.end()
             error = bearing(pose, granted.face)
@@ -216,7 +217,6 @@ class CellPilot:
         near = scan.body_readings(self._traffic.settings, WATCH) if late and granted.threats else ()
         nearest = min((reading.measured for reading in near), default=inf)
         fastest = min(limit.fastest, self._filter.near_threats(body, late, granted.threats, nearest))
-        bodies = np.array(granted.beside, np.float64) if granted.beside else NO_BODIES
         clear = Constraints(grid, shut, local, bodies, fastest=fastest, uncertainty=uncertainty)
         if (away := self._speeds_out_of_way(sense, clear, granted)) is not None:
             return before._replace(speeds=away, heading=heading, drawn_to=drawn_to)
@@ -294,8 +294,7 @@ class CellPilot:
         rolls_up = granted.activity in ROLLS_UP and len(granted.way) > 1
         if rolls_up and distance_along(inputs.pose, granted.waypoints) > PILOT.queued:
             return False
-        far = distance(inputs.pose, inputs.goal) > PILOT.well_within * self._settings.reach
-        if inputs.done and not granted.waits and far:
+        if inputs.done and not granted.waits and not inputs.is_at_goal(PILOT.well_within * self._settings.reach):
             return False
         return self._cells.can_fit_disc(granted.held, inputs.pose.x, inputs.pose.y, self._room + inputs.estimate.error)
 

@@ -19,7 +19,7 @@ from swarm.launch.drill.table import LOCKSTEP, QUICK, ROWS, TABLE, Row
 from tests.shared import mostly_long
 
 QUICKLY = ("robot-killed 4", "world-killed max", "garbage max")  # in make test
-# of each kind, what no other test does to a fleet; `swarm drill` runs every row, before each release
+# of each kind, what no other test does to a fleet; `swarm drill` runs every row
 OTHERS = (
     "robot-lost 4", "door-killed 4", "all-killed max", "killed-in-turn max", "dashboard-killed 4", "robot-frozen 4",
     "router-frozen max", "late-and-lossy 4", "pose-jump 4", "pose-lost 4", "uneven-network 1", "on-all-keys max",
