@@ -261,7 +261,7 @@ def print_wrapped(console: Console, text: str) -> None:
 def format_bar(robot: RobotProgress) -> str:
     """Return a robot's stops as text: ``#`` reached, ``>`` under way, ``x`` given up, ``.`` to come.
 
-    >>> bar(Robot(reached_at=(10, 90, None, None), target=2))
+    >>> format_bar(RobotProgress(reached_at=(10, 90, None, None), target=2))
     '##>.'
     """
     if robot.stops > 24:

@@ -30,7 +30,7 @@ def sectors(settings: SensorSettings) -> Sectors:
 def ray_angles(middle: float, half_width: float, rays: int) -> Angles:
     """Return body angles [rad] of rays spread evenly over a sector, from right to left.
 
-    >>> [round(a, 2) for a in fan(0.0, 0.5, 3)]
+    >>> [round(a, 2) for a in ray_angles(0.0, 0.5, 3)]
     [-0.5, 0.0, 0.5]
     """
     if rays == 1:

@@ -128,9 +128,9 @@ def as_text(results: Sequence[RunResult], wall_time: float, interrupted: bool) -
 def verdict(total: Counts) -> str:
     """Return what came out, in words.
 
-    >>> verdict(Row("all", 2, 0, 0))
+    >>> verdict(Counts("all", 2, 0, 0))
     'no law was broken in 2 runs'
-    >>> verdict(Row("all", 1, 1, 1))
+    >>> verdict(Counts("all", 1, 1, 1))
     'laws were broken in 1 of 1 run; in 1 a living robot did not arrive and nothing says who is stuck (silent)'
     """
     runs = f"{total.runs} run{'s' * (total.runs != 1)}"

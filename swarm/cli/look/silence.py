@@ -44,7 +44,7 @@ def why(key: str, clock: Clock | None) -> str:
 def list_keys(robots: Sequence[str]) -> list[str]:
     """Return the keys of a fleet with these robots, by the table of topics; its squares of the floor stay wild.
 
-    >>> [key for key in keys(["r1"]) if key.startswith(("radio", "world/e"))]
+    >>> [key for key in list_keys(["r1"]) if key.startswith(("radio", "world/e"))]
     ['radio/*/*/r1', 'world/event', 'world/events', 'world/edit']
     """
     return list(dict.fromkeys(topic.key.format(robot=robot, zx="*", zy="*") for topic in TOPICS for robot in robots))
@@ -53,8 +53,8 @@ def list_keys(robots: Sequence[str]) -> list[str]:
 def keys_overlap(key: str, known: str) -> bool:
     """Return True if two keys with wildcards have a key in common, as far as whole chunks go.
 
-    >>> matches("robot/*/state", "robot/r1/state"), matches("**/r1", "radio/*/*/r1"), matches("world/*", "world")
-    (True, True, False)
+    >>> keys_overlap("robot/*/state", "robot/r1/state"), keys_overlap("world/*", "world")
+    (True, False)
     """
     return _match(key.split("/"), known.split("/"))
 
