@@ -54,6 +54,7 @@ class ScaleTuning(NamedTuple):
     """The scale: the tables get the sensed distances divided by it (decision 13). The wire allows 0.01 to 1."""
 
     tight: float = 0.4  # the least where the room is small (docs/fuzzy.md)
+    lane: float = 0.15  # in a lane between others
     roomy: float = 0.8  # m, from the robot's centre to the cells not granted; from here on the room does not count
     # share by which the scale shrinks if the aim is behind: then the tables turn at once (decision 13: without it the
     # tunnel took 90 s instead of 77 s)
@@ -78,9 +79,8 @@ class PilotTuning(NamedTuple):
     settles_after: float = 60.0
     # rad; a robot that drives straight to its place turns on the spot if its heading is off by more
     docks_straight: float = 0.35
-    narrow: float = 5.5  # radii; in smaller cells a robot that stands turns to its aim on the spot
     docks_turning: float = 2.0  # 1/s, its turn for an error of its heading where the tables would turn away
-    pulls_in: float = 0.1  # m from the middle of a narrow cell, where a robot drives straight to it until it is inside
+    pulls_in: float = 0.1  # m from the middle of its cell, in a lane, where a robot drives straight to it until inside
     circle: float = 0.75  # track widths, the least radius of a circle that the tables drive round a place
     # of the chosen speeds, while commands reach the wheels late: the first with which the robot stays in its cells
     shares: tuple[float, ...] = (1.0, 0.5, 0.25)

@@ -7,6 +7,12 @@ LEAST_CLAIM: Final = 1.2  # cells, how far a robot must at least be able to clai
 NEAR: Final = 0.04  # m, how near to the last point of its way a robot stands
 LEANS: Final = 0.1  # m, how far a robot may be from where it leans, or from its cell's middle: see CellMap.is_blind
 ROLLS_ON: Final = 0.01  # m, for rolling on after a stop
+NARROW: Final = 5.5  # radii
+
+
+def is_lane(side: float, radius: float) -> bool:
+    """Return True if cells of ``side`` [m] are too small for the tables' arcs: a robot turns in them on the spot."""
+    return side < NARROW * radius
 
 
 def least_range(side: float) -> float:

@@ -10,7 +10,7 @@ import pytest
 from benchmarks.floor import hall, mission_to_places
 from swarm.scenario.load import Scenario
 from swarm.settings import LocalisationSettings
-from tests.shared import scenario_of
+from tests.shared import mostly_long, scenario_of
 from world.simulate import Simulation
 
 
@@ -48,6 +48,19 @@ def test_a_robot_stands_on_its_place_to_3_cm(paper: Scenario) -> None:
 @pytest.mark.parametrize("width", [1.0, 1.2, 1.4, 1.6, 2.0])
 def test_two_robots_pass_where_two_bodies_fit_beside_each_other(width: float) -> None:
     assert_clean(Simulation.of(hall(width, 2), 2, 1).run(limit=250.0))
+
+
+@pytest.mark.parametrize("robots", mostly_long("a mission of many robots", (2, 4, 6), 2))
+def test_a_hall_of_four_diameters_takes_many_robots_little_longer_than_one(robots: int) -> None:
+    """They pass in two lanes. Their plans took corners for short cuts, and six robots wove through each other."""
+    alone, together = (
+        [Simulation.of(hall(1.6, count, seed), count, seed).run(limit=250.0) for seed in (1, 2)]
+        for count in (1, robots)
+    )
+    for report in (*alone, *together):
+        assert_clean(report)
+    mean, mean_alone = (sum(report["sim_time"] for report in reports) / 2 for reports in (together, alone))
+    assert mean <= 1.3 * mean_alone
 
 
 @pytest.mark.long("three minutes of six robots")

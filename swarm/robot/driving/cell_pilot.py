@@ -221,7 +221,8 @@ class CellPilot:
         if (away := self._speeds_out_of_way(sense, clear, granted)) is not None:
             return before._replace(speeds=away, heading=heading, drawn_to=drawn_to)
         nowhere = self._count_nowhere(inputs, granted, before.target)
-        scale = scale_of(granted, gap_to_boxes(shut, local.x, local.y), heading, nowhere)
+        room = gap_to_boxes(shut, local.x, local.y)
+        scale = scale_of(granted, room, heading, nowhere, lane=self._lane_turn.is_lane)
         circles, target = nowhere > PILOT.nowhere_after, inputs.target
         within = distance_along(pose, granted.waypoints)
         sticks_out = within <= PILOT.pulls_in and self._aiming.sticks_out(pose, granted, self._room)

@@ -22,6 +22,7 @@ from swarm.robot.tuning import DETOUR, PILOT, ROLLOUT, SAFETY, SCALE, RolloutTun
 from swarm.settings import RobotSettings, Settings
 from swarm.traffic.interface import TrafficOutputs
 from swarm.traffic.progress_checker import ProgressChecker, make_movement_test
+from swarm.traffic.settings import is_lane
 
 
 def fuzzy_speeds(
@@ -68,8 +69,11 @@ def speeds_towards(tables: tuple[float, float], heading: float, robot: RobotSett
     return forward - turn, forward + turn
 
 
-def scale_of(granted: TrafficOutputs, room: float, heading: float, nowhere: float) -> float:
+def scale_of(granted: TrafficOutputs, room: float, heading: float, nowhere: float, *, lane: bool = False) -> float:
     """Return the scale of the sensed distances for a granted ``room`` [m] and a ``heading`` error [rad].
+
+    In a ``lane`` between others the wall of a hall is always near on one side: it counts as far, and the tables turn to
+    the aim, not to the edge of the lane.
 
     A robot that gets ``nowhere`` for long [s] has the least scale. In some corners the tables turn left and right
     for ever; if all obstacles count as far, the tables turn to the aim. After twice that time nearly everything
@@ -81,7 +85,8 @@ def scale_of(granted: TrafficOutputs, room: float, heading: float, nowhere: floa
         return SCALE.turning
     if granted.unconstrained:
         return 1.0
-    return min(1.0, max(SCALE.tight, room / SCALE.roomy)) * (1.0 - SCALE.behind * abs(heading) / pi)
+    scale = SCALE.lane if lane else min(1.0, max(SCALE.tight, room / SCALE.roomy))
+    return scale * (1.0 - SCALE.behind * abs(heading) / pi)
 
 
 class LaneTurn:
@@ -91,12 +96,12 @@ class LaneTurn:
     """
 
     def __init__(self, side: float, radius: float) -> None:
-        self._narrow = side < PILOT.narrow * radius
+        self.is_lane = is_lane(side, radius)
         self._turns = False
 
     def check(self, sense: Sense, heading: float, *, threatened: bool) -> bool:
         """Return True if the robot stands and has to turn by its ``heading`` error [rad], until it is small."""
-        if not self._narrow or threatened or abs(sense.linear) > SAFETY.stands:
+        if not self.is_lane or threatened or abs(sense.linear) > SAFETY.stands:
             self._turns = False
         else:
             self._turns = abs(heading) > (SAFETY.turn_until if self._turns else PILOT.docks_straight)

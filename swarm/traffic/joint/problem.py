@@ -14,8 +14,9 @@ from swarm.messages.traffic import Epoch, Record
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
 from swarm.traffic.lattice.distances import FAR
 from swarm.traffic.mapf.planner import Budget, JointSearch
+from swarm.traffic.mapf.schedule import CORNER, ON_THE_SPOT
 from swarm.traffic.peers.situation import Situation, cells_needed_at_stop
-from swarm.traffic.settings import TrafficConstants
+from swarm.traffic.settings import TrafficConstants, is_lane
 
 
 class AvoidedCells(Enum):
@@ -108,6 +109,7 @@ class Problem(NamedTuple):
             budget=Budget(settings.starts, expansions, enough),
             random=Random(f"{epoch.tick} {epoch.leader}"),
             eager=self.eager,
+            corner=ON_THE_SPOT if is_lane(cells.side, settings.radius) else CORNER,
             vias=[cells.distances(via, blocked) if via != OUTSIDE else None for via in self.vias],
         )
 

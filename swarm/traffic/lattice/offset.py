@@ -10,6 +10,7 @@ from swarm.maps.occupancy import FREE, OccupancyMap, Point
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
 
 PHASES: Final = 4  # lattice offsets tried along each axis
+CENTRED_PHASES: Final = 8  # the same where cells are lanes: robots must not start in one cell, and each way is tried
 ROUNDING: Final = 1e-6  # cells; a row that fits exactly fits
 
 
@@ -27,7 +28,8 @@ def best_offset(
     Before all that, bodies at as few ``places`` [m, map frame] as possible reach beyond the last cells.
 
     Walls rarely fit a lattice: shifting it by part of a cell opens doors. The offset 0 wins ties. If ``centred``, an
-    offset is tried too at which as many rows as fit lie in the middle of the free floor: two lanes in a hall.
+    offset is tried first at which as many rows as fit lie in the middle of the free floor: two lanes in a hall, each as
+    far from its wall as the other.
     """
 
     def worth(offset: Point) -> tuple[int, float, int, int]:
@@ -37,9 +39,10 @@ def best_offset(
         beyond = sum(OUTSIDE in cells.cells_under_disc(*place, radius) for place in places)
         return -beyond, round(together, 2), -missed(cells), sum(map(len, cells.neighbours))
 
-    shifts = [-k * side / PHASES for k in range(PHASES)]
+    phases = CENTRED_PHASES if centred else PHASES
+    shifts = [-k * side / phases for k in range(phases)]
     across, up = (_middle_shifts(occupancy, axis, side, radius) if centred else [] for axis in (1, 0))
-    return max(((x, y) for y in (*shifts, *up) for x in (*shifts, *across)), key=worth)
+    return max(((x, y) for y in (*up, *shifts) for x in (*across, *shifts)), key=worth)
 
 
 def _middle_shifts(occupancy: OccupancyMap, axis: int, side: float, radius: float) -> list[float]:

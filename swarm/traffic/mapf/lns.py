@@ -38,7 +38,8 @@ class PlanImprover:
         out = self._random.sample(robots, self._random.randint(1, min(MOST_OUT, len(robots))))
         ways, lengths, times = plan.ways.copy(), plan.lengths.copy(), plan.times.copy()
         last, total, pops = reroute(
-            np.array(out), ways, lengths, times, self._joined, self._tables, self._visits, self._random.getrandbits(31)
-        )
+            np.array(out), ways, lengths, times, self._joined, self._tables, self._visits,
+            self._random.getrandbits(31), plan.corner,
+        )  # fmt: skip
         self.pops += pops
-        return None if isinf(last) else Schedule(ways, lengths, times, last, total)
+        return None if isinf(last) else Schedule(ways, lengths, times, last, total, plan.corner)

@@ -25,7 +25,7 @@ from swarm.traffic.mapf.lns import PlanImprover
 from swarm.traffic.mapf.one_robot import OneRobot
 from swarm.traffic.mapf.pibt import Configuration, Joined, Tables, TieBreak
 from swarm.traffic.mapf.precedence import Precedence, order_of
-from swarm.traffic.mapf.schedule import Schedule, schedule_plan
+from swarm.traffic.mapf.schedule import CORNER, Schedule, schedule_plan
 
 PATIENCE: Final = 4  # once there is a plan, a restart may cost this many times its expansions: more is rarely better
 TURNS: Final = (TieBreak.STRAIGHT, TieBreak.RANDOM)  # the ties of the starts, in turn (docs/decisions/0033-ties.md)
@@ -80,7 +80,7 @@ class JointSearch:
     ``eager`` are the robots that still have to reach their goals, the longest waiting first; the others only have to
     stand somewhere. None: all robots that are not at their goals. ``vias`` are the steps of each robot to a cell that
     it visits on its way; None: it visits none. Several robots may visit one cell. Such a search proves nothing: it ends
-    with a plan or without.
+    with a plan or without. ``corner`` are the steps for a cell in which a way turns.
 
     Raises:
         ValueError: Two robots have the same start or the same goal.
@@ -97,6 +97,7 @@ class JointSearch:
         random: Random,
         eager: Sequence[int] | None = None,
         vias: Vias = (),
+        corner: float = CORNER,
     ) -> None:
         if len(set(starts)) < len(starts) or len(set(goals)) < len(goals):
             raise ValueError(f"two robots in one cell: starts {starts}, goals {goals}")
@@ -107,6 +108,7 @@ class JointSearch:
         self._spent = 0
         self._begun = 0
         self._search: LacamSearch | None = None
+        self._corner = corner
         self._vias = vias if any(via is not None for via in vias) else ()
         self._visits = [-1 if via is None else via.index(0) for via in self._vias]  # cell that each robot visits
         self._pairs = [] if self._vias else list(combinations(range(len(starts)), 2))[::-1]
@@ -236,7 +238,7 @@ class JointSearch:
 
     def _keep_if_quicker(self, found: Steps, expansions: int) -> None:
         """Keep a plan if it is the quickest so far."""
-        plan = schedule_plan(remove_detours(found, self._visits))
+        plan = schedule_plan(remove_detours(found, self._visits), self._corner)
         judged = self._plan_cost(plan)
         self._least = expansions if self._best is None else min(self._least, expansions)
         if self._best is None or judged < self._best[0]:
@@ -287,7 +289,7 @@ class JointSearch:
         before = search.expansions
         state = search.advance(expansions)
         if state is SearchState.SOLVED:
-            plan = schedule_plan(remove_detours(search.steps))
+            plan = schedule_plan(remove_detours(search.steps), self._corner)
             self._in_turn.append((self._plan_cost(plan), plan))
             self._alone = None
         elif state is SearchState.UNSOLVABLE or search.expansions >= PAIR or search.expansions == before:

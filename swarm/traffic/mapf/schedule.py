@@ -17,6 +17,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 CORNER: Final = sqrt(0.5)  # steps for a cell in which the way turns: from the middle of one edge to that of the next
+ON_THE_SPOT: Final = 1.8  # the same in a lane, where a robot stands, turns and drives on
 BACK: Final = 2.5  # steps where the way leads back: a turn on the spot takes 1.5 (measured with the fuzzy drive)
 NOBODY: Final = -1
 NONE: Final = -1  # no neighbour, or no cell to visit
@@ -39,6 +40,7 @@ class Schedule(NamedTuple):
     times: Floats  # (2, robots, width): when each robot BEGINS to drive into a cell and ARRIVES in it [steps]
     last: float  # arrival [steps]
     total: float  # of all arrivals [steps]
+    corner: float  # steps for a cell in which a way turns
 
     def steps(self) -> list[tuple[int, ...]]:
         """Return the cells of all robots at each time step: each moves as soon as the order of entries lets it."""
@@ -63,31 +65,31 @@ class Schedule(NamedTuple):
         return plan
 
 
-def move_time(before: int, cell: int, other: int) -> float:
+def move_time(before: int, cell: int, other: int, corner: float = CORNER) -> float:
     """Return the time from ``cell`` to ``other`` [steps]; ``before`` is the previous cell, or ``cell`` at the start.
 
-    Straight on, a cell takes one step. A robot that turns cuts the corner: it drives a way of corners alone as one
-    slanting line.
+    Straight on, a cell takes one step, and where the way turns ``corner`` steps. In large cells a robot that turns cuts
+    the corner: it drives a way of corners alone as one slanting line.
     """
     if before == cell or other - cell == cell - before:
         return 1.0
-    return BACK if other == before else CORNER
+    return BACK if other == before else corner
 
 
-_pace = njit("f8(i8, i8, i8)", cache=True)(move_time)
+_pace = njit("f8(i8, i8, i8, f8)", cache=True)(move_time)
 
 
-@njit("f8(i8[::1], i8)", cache=True)
-def _move_time_at(way: Integers, place: int) -> float:
+@njit("f8(i8[::1], i8, f8)", cache=True)
+def _move_time_at(way: Integers, place: int, corner: float) -> float:
     """Return the time from the cell before a place of a way to the cell there [steps]."""
     before = way[place - 2] if place > 1 else way[place - 1]
-    return _pace(before, way[place - 1], way[place])
+    return _pace(before, way[place - 1], way[place], corner)
 
 
-@njit("void(i8[::1], f8[:, :, ::1], i8, i8, f8)", cache=True)
-def _set_entry(way: Integers, times: Floats, robot: int, place: int, begins: float) -> None:
+@njit("void(i8[::1], f8[:, :, ::1], i8, i8, f8, f8)", cache=True)
+def _set_entry(way: Integers, times: Floats, robot: int, place: int, begins: float, corner: float) -> None:
     """Note when a robot begins to drive into a place of its way, and so when it arrives there."""
-    times[BEGINS, robot, place], times[ARRIVES, robot, place] = begins, begins + _move_time_at(way, place)
+    times[BEGINS, robot, place], times[ARRIVES, robot, place] = begins, begins + _move_time_at(way, place, corner)
 
 
 @njit("UniTuple(f8, 2)(i8[::1], f8[:, :, ::1])", cache=True)
@@ -100,8 +102,10 @@ def _makespan_and_flowtime(lengths: Integers, times: Floats) -> tuple[float, flo
     return last, total
 
 
-@njit("UniTuple(f8, 2)(i8[:, ::1], i8[:, ::1], i8[::1], f8[:, :, ::1])", cache=True)
-def _fill_schedule(steps: Integers, ways: Integers, lengths: Integers, times: Floats) -> tuple[float, float]:
+@njit("UniTuple(f8, 2)(i8[:, ::1], i8[:, ::1], i8[::1], f8[:, :, ::1], f8)", cache=True)
+def _fill_schedule(
+    steps: Integers, ways: Integers, lengths: Integers, times: Floats, corner: float
+) -> tuple[float, float]:
     """Fill in a schedule; return the last arrival and the sum of all, or no numbers where entries wait in a circle."""
     robots = steps.shape[1]
     visitor = np.full(steps.max() + 1, NOBODY)  # of each cell: the robot that was there last
@@ -134,15 +138,17 @@ def _fill_schedule(steps: Integers, ways: Integers, lengths: Integers, times: Fl
                         continue
                     begins = max(begins, times[ARRIVES, other, left[robot] + 1])
                 ways[robot, place], lengths[robot] = steps[time, robot], place + 1
-                _set_entry(ways[robot], times, robot, place, begins)
+                _set_entry(ways[robot], times, robot, place, begins, corner)
             if still == waiting:
                 return inf, inf
             waiting = still
     return _makespan_and_flowtime(lengths, times)
 
 
-@njit("UniTuple(f8, 2)(i8[:, ::1], i8[::1], f8[:, :, ::1], i8)", cache=True)
-def _advance_entries(ways: Integers, lengths: Integers, times: Floats, cells: int) -> tuple[float, float]:
+@njit("UniTuple(f8, 2)(i8[:, ::1], i8[::1], f8[:, :, ::1], i8, f8)", cache=True)
+def _advance_entries(
+    ways: Integers, lengths: Integers, times: Floats, cells: int, corner: float
+) -> tuple[float, float]:
     """Let all robots go as soon as the same order lets them; return the last arrival and the sum of all."""
     robots = ways.shape[0]
     count = lengths.sum() - robots
@@ -160,7 +166,7 @@ def _advance_entries(ways: Integers, lengths: Integers, times: Floats, cells: in
         other, begins = visitor[cell], times[ARRIVES, robot, place - 1]
         if other not in (NOBODY, robot):
             begins = max(begins, times[ARRIVES, other, visit[cell] + 1])
-        _set_entry(ways[robot], times, robot, place, begins)
+        _set_entry(ways[robot], times, robot, place, begins, corner)
         visitor[cell], visit[cell] = robot, place
     return _makespan_and_flowtime(lengths, times)
 
@@ -192,10 +198,10 @@ def _occupied_intervals(
     return first, begins, ends
 
 
-@njit("i8(i8, i8[:, ::1], i8[::1], f8[:, :, ::1], b1[::1], i4[:, ::1], i8[:, ::1], i8, i8)", cache=True)
+@njit("i8(i8, i8[:, ::1], i8[::1], f8[:, :, ::1], b1[::1], i4[:, ::1], i8[:, ::1], i8, i8, f8)", cache=True)
 def _reroute_robot(
     robot: int, ways: Integers, lengths: Integers, times: Floats, out: Flags,
-    joined: NDArray[np.int32], tables: Integers, visits: int, chance: int,
+    joined: NDArray[np.int32], tables: Integers, visits: int, chance: int, corner: float,
 ) -> int:  # fmt: skip
     """Find a quickest way past the others for a robot that is ``out``, and write it into the schedule.
 
@@ -234,7 +240,7 @@ def _reroute_robot(
         for other in joined[cell]:
             if other == NONE:
                 break
-            takes = _pace(before, cell, other)
+            takes = _pace(before, cell, other, corner)
             there = 1 if been or other == visits else 0
             left = tables[1 - there, other]
             if left >= cells * 2:
@@ -266,17 +272,17 @@ def _reroute_robot(
         ways[robot, place], times[ARRIVES, robot, place] = cell_of[state // 2 // (sides + 1)], reached[state]
         state = came[state]
     for place in range(1, length):
-        times[BEGINS, robot, place] = times[ARRIVES, robot, place] - _move_time_at(ways[robot], place)
+        times[BEGINS, robot, place] = times[ARRIVES, robot, place] - _move_time_at(ways[robot], place, corner)
     return pops
 
 
 @njit(
-    "Tuple((f8, f8, i8))(i8[::1], i8[:, ::1], i8[::1], f8[:, :, ::1], i4[:, ::1], i8[:, :, ::1], i8[::1], i8)",
+    "Tuple((f8, f8, i8))(i8[::1], i8[:, ::1], i8[::1], f8[:, :, ::1], i4[:, ::1], i8[:, :, ::1], i8[::1], i8, f8)",
     cache=True,
 )
 def reroute(
     robots: Integers, ways: Integers, lengths: Integers, times: Floats,
-    joined: NDArray[np.int32], tables: Integers, visits: Integers, chance: int,
+    joined: NDArray[np.int32], tables: Integers, visits: Integers, chance: int, corner: float,
 ) -> tuple[float, float, int]:  # fmt: skip
     """Find new ways for some robots of a schedule, in turn, past the others and those before them.
 
@@ -292,22 +298,27 @@ def reroute(
         tables: (robots, 2, cells) steps to the goal, and to the goal through the cell to visit.
         visits: (robots) the cell that each has to visit on its way, or NONE.
         chance: a seed.
+        corner: of the schedule [steps].
     """
     out = np.zeros(ways.shape[0], np.bool_)
     out[robots] = True
     pops = 0
     for robot in robots:
-        spent = _reroute_robot(robot, ways, lengths, times, out, joined, tables[robot], visits[robot], chance + robot)
+        spent = _reroute_robot(
+            robot, ways, lengths, times, out, joined, tables[robot], visits[robot], chance + robot, corner
+        )
         pops += abs(spent)
         if spent <= 0:
             return inf, inf, pops
         out[robot] = False
-    last, total = _advance_entries(ways, lengths, times, joined.shape[0])
+    last, total = _advance_entries(ways, lengths, times, joined.shape[0], corner)
     return last, total, pops
 
 
-def schedule_plan(steps: Sequence[Sequence[int]]) -> Schedule:
+def schedule_plan(steps: Sequence[Sequence[int]], corner: float = CORNER) -> Schedule:
     """Return the schedule of a plan; ``steps`` holds the cell of each robot at each time step, at least one.
+
+    ``corner`` are the steps for a cell in which the way turns.
 
     Raises:
         ValueError: Entries wait for each other in a circle. Only a plan with a ring of movers or a swap has one.
@@ -317,21 +328,22 @@ def schedule_plan(steps: Sequence[Sequence[int]]) -> Schedule:
     longest = 1 + max((int(moves) for moves in (cells[1:] != cells[:-1]).sum(axis=0)), default=0)
     ways, lengths = np.zeros((robots, WIDER * longest), np.int64), np.zeros(robots, np.int64)
     times = np.zeros((2, robots, WIDER * longest))
-    last, total = _fill_schedule(cells, ways, lengths, times) if robots else (0.0, 0.0)
+    last, total = _fill_schedule(cells, ways, lengths, times, corner) if robots else (0.0, 0.0)
     if isinf(last):
         raise ValueError("entries wait for each other in a circle: the plan has a ring of movers or a swap")
-    return Schedule(ways, lengths, times, last, total)
+    return Schedule(ways, lengths, times, last, total, corner)
 
 
-def makespan_and_flowtime(steps: Sequence[Sequence[int]]) -> tuple[float, float]:
+def makespan_and_flowtime(steps: Sequence[Sequence[int]], corner: float = CORNER) -> tuple[float, float]:
     """Return when the last robot arrives, and the sum of all arrivals, estimated [steps].
 
-    ``steps`` holds the cell of each robot at each time step. A robot enters a cell when the one there before has left.
+    ``steps`` holds the cell of each robot at each time step, ``corner`` the steps for a cell in which a way turns. A
+    robot enters a cell when the one there before has left.
 
     Raises:
         ValueError: as `schedule_plan`.
     """
     if not steps:
         return 0.0, 0.0
-    schedule = schedule_plan(steps)
+    schedule = schedule_plan(steps, corner)
     return schedule.last, schedule.total

@@ -50,8 +50,10 @@ class Granting(Traffic):
 class Driven:
     """The pilot of a robot on a floor of 1 m cells."""
 
-    def __init__(self, text: str = HALL) -> None:
-        scenario = scenario_of(text, start={"poses": [[1.5, 1.5, 0.0]]}, targets=[[1.5, 1.5], [1.5, 1.5]])
+    def __init__(self, text: str = HALL, radius: float = 0.2) -> None:
+        scenario = scenario_of(
+            text, start={"poses": [[1.5, 1.5, 0.0]]}, targets=[[1.5, 1.5], [1.5, 1.5]], robot={"radius": radius}
+        )
         settings = scenario.settings
         self.cells = cells_of(scenario.map, settings)
         self.traffic = Granting("r1", self.cells, traffic_settings(settings))
@@ -309,7 +311,18 @@ SCALES = {  # room [m], heading error [rad]: scale
 def test_the_less_room_and_the_more_turn_the_smaller_is_the_scale(name: str) -> None:
     """The tables' distances are divided by 40 % to 100 %, as is room, and by 70 % less if the aim is behind."""
     room, heading, scale = SCALES[name]
-    one, pose = Driven(), Pose(5.5, 1.0 + room, -heading)  # the hall's lower wall is at 1 m
+    assert_scale(room, heading, scale, radius=0.18)
+
+
+@pytest.mark.parametrize("name", SCALES)
+def test_in_lanes_all_room_counts_as_far_between_others(name: str) -> None:
+    room, heading, _ = SCALES[name]
+    assert_scale(room, heading, 0.15 * (1.0 - 0.7 * abs(heading) / pi), radius=0.2)
+
+
+def assert_scale(room: float, heading: float, scale: float, *, radius: float) -> None:
+    """Check the scale between others, alone and at a place; 1 m is a lane for a ``radius`` [m] of 0.2."""
+    one, pose = Driven(radius=radius), Pose(5.5, 1.0 + room, -heading)  # the hall's lower wall is at 1 m
     floor = tuple(cell for cell, beside in enumerate(one.cells.neighbours) if beside)
     for held, exactly, unconstrained, expected in (
         (2, False, False, scale), (1, False, False, scale), (2, True, False, scale),

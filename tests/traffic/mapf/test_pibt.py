@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from swarm.traffic.mapf.pibt import Configuration, StepGenerator, TieBreak
-from swarm.traffic.mapf.schedule import BACK, CORNER, makespan_and_flowtime
+from swarm.traffic.mapf.schedule import BACK, CORNER, ON_THE_SPOT, makespan_and_flowtime
 from tests.traffic.maps import Drawn
 
 FLOORS = (Drawn("....", "....", "...."), Drawn("..#.", ".#..", "...."), Drawn("#.##.", ".....", "#.##."))
@@ -115,21 +115,23 @@ def test_who_goes_straight_on_does_so_where_all_ways_are_as_good() -> None:
 
 
 # fmt: off
-DURATIONS: dict[str, tuple[list[Configuration], tuple[float, float]]] = {  # steps of all robots: when the last arrives, and the sum of all arrivals; five cells a row
-    "nobody moves":                ([(0,)],                                   (0.0, 0.0)),
-    "straight on":                 ([(0,), (1,), (2,)],                       (2.0, 2.0)),
-    "round a corner":              ([(0,), (1,), (6,)],                       (1.0 + CORNER, 1.0 + CORNER)),
-    "round two":                   ([(0,), (1,), (6,), (7,)],                 (1.0 + 2 * CORNER, 1.0 + 2 * CORNER)),
-    "there and back":              ([(0,), (1,), (0,)],                       (1.0 + BACK, 1.0 + BACK)),
-    "it stands in between":        ([(0,), (1,), (1,), (2,)],                 (2.0, 2.0)),
-    "two apart":                   ([(0, 10), (1, 10), (2, 11)],              (2.0, 3.0)),
-    "one after the other":         ([(0, 5), (1, 0), (2, 1)],                 (2.0 + CORNER, 4.0 + CORNER)),
-    "it waits for who comes by":   ([(0, 2, 9), (1, 2, 9), (1, 7, 9), (2, 7, 8)], (2.0, 4.0)),
+DURATIONS: dict[str, tuple[list[Configuration], tuple[float, float], int]] = {  # steps of all robots: when the last arrives, and the sum of all arrivals, both without corners; corners of the last one; five cells a row
+    "nobody moves":                ([(0,)],                                   (0.0, 0.0), 0),
+    "straight on":                 ([(0,), (1,), (2,)],                       (2.0, 2.0), 0),
+    "round a corner":              ([(0,), (1,), (6,)],                       (1.0, 1.0), 1),
+    "round two":                   ([(0,), (1,), (6,), (7,)],                 (1.0, 1.0), 2),
+    "there and back":              ([(0,), (1,), (0,)],                       (1.0 + BACK, 1.0 + BACK), 0),
+    "it stands in between":        ([(0,), (1,), (1,), (2,)],                 (2.0, 2.0), 0),
+    "two apart":                   ([(0, 10), (1, 10), (2, 11)],              (2.0, 3.0), 0),
+    "one after the other":         ([(0, 5), (1, 0), (2, 1)],                 (2.0, 4.0), 1),
+    "it waits for who comes by":   ([(0, 2, 9), (1, 2, 9), (1, 7, 9), (2, 7, 8)], (2.0, 4.0), 0),
 }
 # fmt: on
 
 
+@pytest.mark.parametrize("corner", [CORNER, ON_THE_SPOT])
 @pytest.mark.parametrize("name", DURATIONS)
-def test_how_long_a_plan_takes_is_counted_in_steps_turns_and_waits(name: str) -> None:
-    steps, expected = DURATIONS[name]
-    assert makespan_and_flowtime(steps) == pytest.approx(expected)
+def test_how_long_a_plan_takes_is_counted_in_steps_turns_and_waits(name: str, corner: float) -> None:
+    steps, (last, total), corners = DURATIONS[name]
+    expected = last + corners * corner, total + corners * corner
+    assert makespan_and_flowtime(steps, corner) == pytest.approx(expected)
