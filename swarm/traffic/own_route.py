@@ -154,7 +154,7 @@ def cells_at_dock(
         robot: cell
         for robot, record in others.items()
         for cell in beside
-        if has_reserved(record, cell) and (robot, cell) not in cleared
+        if cell not in held and has_reserved(record, cell) and (robot, cell) not in cleared
     }
     if wish.done:
         is_asked = any(not {goal.cell, *beside}.isdisjoint(record.ahead) for record in others.values())

@@ -12,7 +12,7 @@ from msgspec.structs import replace
 
 from swarm.geometry import Pose
 from swarm.maps.occupancy import OccupancyMap, Point
-from swarm.messages.traffic import Record
+from swarm.messages.traffic import Claim, Record
 from swarm.traffic.interface import TrafficInputs
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
 from swarm.traffic.lattice.distances import FAR
@@ -350,6 +350,7 @@ AT_DOCK: dict[str, tuple[int, Record | None, frozenset[tuple[str, int]], bool, D
     "it is on its way to its cell":          (D, None,                         frozenset(),            False, DockCells()),
     "another holds a cell":                  (A, replace(OTHER, held=(B,)),    frozenset(),            False, DockCells((B,), ("r2",), (), drives=True)),
     "a silent robot left it":                (A, replace(OTHER, held=(B,)),    frozenset({("r2", B)}), False, DockCells((B,), (), (), drives=True)),
+    "another claims a cell that it holds":   (B, replace(OTHER, claims=(Claim(B, 1, 0),)), frozenset(),     False, DockCells((B,), (), (), drives=True)),
     "it is done and holds all":              (B, None,                         frozenset(),            True,  DockCells((), (), (B,), drives=True)),
     "it is done, and another has to pass":   (B, replace(OTHER, ahead=(E, B)), frozenset(),            True,  DockCells()),
     "it is done, and its cell is needed":    (B, replace(OTHER, ahead=(A,)),   frozenset(),            True,  DockCells()),

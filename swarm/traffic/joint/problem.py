@@ -84,11 +84,12 @@ class Problem(NamedTuple):
     until: tuple[str, ...]  # members for which the others make room
     vias: tuple[int, ...] = ()  # the target that each member visits on its way; OUTSIDE: none
     wanting: bool = False  # a member has stops left, and is not at its goal
+    frees: bool = False  # a plan leads others out of the cells that a member at its stop needs
 
     @property
     def is_useful(self) -> bool:
-        """True if a plan leads somebody to its goal, or over its target; or if nobody needs that."""
-        return bool(self.eager or self.vias) or not self.wanting
+        """True if a plan leads somebody to its goal, over its target or out of another's place; or none needs that."""
+        return bool(self.eager or self.vias) or self.frees or not self.wanting
 
     @property
     def identity(self) -> object:
@@ -146,7 +147,8 @@ def problem_of(
     vias = _shared_targets(everybody, in_the_way, cells) if relaxation.through else {}
     wishes = {robot: member.then if robot in vias else member.goal for robot, member in everybody.items()}
     since = {robot: member.moved for robot, member in everybody.items()}
-    goals = assign_goals(cells, heads, wishes, in_the_way, since, done, idle, relaxation.aside, _dock_cells(everybody))
+    docks = _dock_cells(everybody)
+    goals = assign_goals(cells, heads, wishes, in_the_way, since, done, idle, relaxation.aside, docks)
     # nobody leaves its place for robots that only go back to theirs
     resting = (
         set()
@@ -171,6 +173,7 @@ def problem_of(
         until=() if number < WHOLE else tuple(members[index] for index in eager),
         vias=tuple(vias.get(robot, OUTSIDE) for robot in members) if vias else (),
         wanting=any(one.head != one.goal and not one.done for one in wanting.values()),
+        frees=any(heads[robot] in docks and goals[robot] not in docks for robot in members),
     )
 
 

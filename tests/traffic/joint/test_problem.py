@@ -81,6 +81,18 @@ def test_who_is_at_its_goal_moves_in_some_questions_and_stands_in_the_others(num
     assert question.until == (() if number < 2 else ("r1",))
 
 
+@pytest.mark.parametrize("number", [0, 1, 3, 4])
+def test_a_plan_that_leads_a_robot_out_of_what_another_needs_at_its_stop_is_useful(number: int) -> None:
+    """Nobody reaches its goal by it: r1 is in its cell and needs B besides, which r3 wants too."""
+    r2, r3 = member(B, B, idle=True, done=True), member(F, B, wants=9)
+    needs = asked(number, {"r1": member(A, A)._replace(docking=(B,)), "r2": r2, "r3": r3})
+    assert B not in needs.goals
+    assert needs.eager == ()
+    assert needs.frees
+    assert needs.is_useful
+    assert not asked(number, {"r1": member(A, A), "r2": r2, "r3": r3}).frees
+
+
 @pytest.mark.parametrize("done", [True, False])
 def test_nobody_leaves_its_goal_for_robots_that_only_go_back_to_theirs(done: bool) -> None:
     question = asked(0, {"r1": member(A, done=True), "r2": member(E, E, done=done)})
