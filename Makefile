@@ -5,7 +5,6 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 ROLES := robot world dashboard
 WORKERS := $(shell echo $$((2 * $$(getconf _NPROCESSORS_ONLN))))  # tests with processes mostly wait
-LONG_WORKERS := $(shell echo $$((3 * $$(getconf _NPROCESSORS_ONLN))))
 PYTEST := $(BIN)/python -m pytest -q -n $(WORKERS) --dist worksteal
 
 # every process of a fleet would compile every module anew
@@ -34,7 +33,7 @@ test: $(READY)  ## run the tests, whole missions over processes included: minute
 	$(PYTEST) -m "not long"
 
 test-all: test  ## run the long tests too, and every law with more examples
-	$(PYTEST) -n $(LONG_WORKERS) -m "long or hypothesis" --hypothesis-profile all
+	$(PYTEST) -m "long or hypothesis" --hypothesis-profile all
 
 check-costs: $(READY)  ## run the tests of `make test` and list those that take most processor time
 	$(PYTEST) -m "not long" --costs
