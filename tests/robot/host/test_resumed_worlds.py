@@ -28,7 +28,7 @@ KEPT: Final = 100  # ticks
 SAVED: Final = 20  # ticks between two snapshots
 LIVES: Final = (40, 120)  # ticks, fewest and most, between two kills
 LIMIT: Final = 120.0  # s
-TOUCHED: Final = 7  # the seed in which a robot touches that does not look where it is before it repeats an answer
+TOUCHED: Final = 1  # the seed in which a robot touches that does not look where it is before it repeats an answer
 
 
 def small() -> Scenario:
