@@ -231,16 +231,15 @@ class CellPilot:
                 self._detour.end()
                 return Driven(STAND, heading, scale, drawn_to, circles, target)
             within, heading, scale = 0.0, bearing(pose, self._cells.centre(granted.way[1])), SCALE.turning
-        turns = self._lane_turn.check(sense, heading, threatened=bool(granted.threats))
+        turns = self._lane_turn.check(sense, heading, between_others=not (granted.threats or granted.unconstrained))
         if straight := sticks_out or must_drive_straight(granted, self._settings):
-            turns, clear = abs(heading) > PILOT.docks_straight, clear._replace(front_gap=SAFETY.gap)
-        if straight or turns:
             self._detour.end()
-        if turns:
-            return Driven(self._filter.face(body, heading), heading, scale, drawn_to, circles, target)
+            turns, clear = abs(heading) > PILOT.docks_straight, clear._replace(front_gap=SAFETY.gap)
         constraints = clear._replace(stop_within=within, slowly=granted.looks, may_drive=granted.may_drive)
         if not straight and (aside := self._detour.heading(sense, constraints)) is not None:
             heading, scale = aside, SCALE.detour
+        elif turns:
+            return Driven(self._filter.face(body, heading), heading, scale, drawn_to, circles, target)
         tables = fuzzy_speeds(self._controller, self._settings.robot, sense, heading, scale, straight=straight)
         if granted.threats and self._evasion.threatens(sense, tables, constraints, granted.threats):
             constraints = constraints._replace(may_drive=False)

@@ -99,9 +99,12 @@ class LaneTurn:
         self.is_lane = is_lane(side, radius)
         self._turns = False
 
-    def check(self, sense: Sense, heading: float, *, threatened: bool) -> bool:
-        """Return True if the robot stands and has to turn by its ``heading`` error [rad], until it is small."""
-        if not self.is_lane or threatened or abs(sense.linear) > SAFETY.stands:
+    def check(self, sense: Sense, heading: float, *, between_others: bool) -> bool:
+        """Return True if the robot stands and has to turn by its ``heading`` error [rad], until it is small.
+
+        A robot that is not ``between_others``, in its own cells, has room for the tables' arcs.
+        """
+        if not self.is_lane or not between_others or abs(sense.linear) > SAFETY.stands:
             self._turns = False
         else:
             self._turns = abs(heading) > (SAFETY.turn_until if self._turns else PILOT.docks_straight)

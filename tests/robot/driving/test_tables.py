@@ -289,20 +289,20 @@ def test_a_robot_at_its_place_turns_to_it_whatever_stands_beside(left: float, ri
 
 
 # fmt: off
-TURNS = {  # side of a cell [m], speed [m/s], whether something moves near, errors of its heading in turn -> does it turn
-    "a lane":                    (0.8, 0.0,  False, (0.4, 0.2, 0.1, 0.05, 0.2), (True, True, True, False, False)),
-    "nearly straight":           (0.8, 0.0,  False, (0.3,),                     (False,)),
-    "to the right":              (0.8, 0.0,  False, (-2.0, -0.1),               (True, True)),
-    "it drives":                 (0.8, 0.3,  False, (0.4,),                     (False,)),
-    "a moving obstacle is near": (0.8, 0.0,  True,  (0.4,),                     (False,)),
-    "room for the tables":       (1.2, 0.0,  False, (0.4,),                     (False,)),
+TURNS = {  # side of a cell [m], speed [m/s], whether it is between others, errors of its heading in turn -> does it turn
+    "a lane":               (0.8, 0.0, True,  (0.4, 0.2, 0.1, 0.05, 0.2), (True, True, True, False, False)),
+    "nearly straight":      (0.8, 0.0, True,  (0.3,),                     (False,)),
+    "to the right":         (0.8, 0.0, True,  (-2.0, -0.1),               (True, True)),
+    "it drives":            (0.8, 0.3, True,  (0.4,),                     (False,)),
+    "alone, or threatened": (0.8, 0.0, False, (0.4,),                     (False,)),
+    "room for the tables":  (1.2, 0.0, True,  (0.4,),                     (False,)),
 }
 # fmt: on
 
 
 @pytest.mark.parametrize("name", TURNS)
 def test_in_narrow_cells_a_robot_that_stands_turns_to_its_aim_on_the_spot(name: str) -> None:
-    side, speed, threatened, errors, turns = TURNS[name]
+    side, speed, between_others, errors, turns = TURNS[name]
     lane = LaneTurn(side, RADIUS)
     sense = sense_of(DriveState(Pose(0.0, 0.0, 0.0), speed, speed))
-    assert tuple(lane.check(sense, error, threatened=threatened) for error in errors) == turns
+    assert tuple(lane.check(sense, error, between_others=between_others) for error in errors) == turns
