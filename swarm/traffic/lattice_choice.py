@@ -32,6 +32,8 @@ from swarm.traffic.settings import LEAST_CLAIM
 # are lanes, in which a robot can do little but follow them
 RADII: Final[tuple[float, ...]] = (6.0, 5.0, 4.0, 3.0, 2.5)
 LANES: Final = 4.0  # radii; a lattice of such cells or smaller is also tried with its lines in the middle of the floor
+FINER: Final = 8  # offsets tried along each axis for such cells: starts may lie on the line between two lanes
+FINER_CELLS: Final = 1_000  # cells of a floor, at most, for which so many are tried
 MOST_LANES: Final = 20_000  # cells; a floor of more is not tried in cells of less than ``LANES``
 CROWDED: Final = 0.75  # share of the cells that robots fill, above which smaller cells are tried
 # radii; a map whose squares are of such a side is its own lattice, which loses no floor
@@ -91,6 +93,7 @@ def _offset_for(settings: Settings, floor: OccupancyMap, side: float, robots: in
 
     Stops that robots drive to straight from a cell count as missed, unless ``by_docks``.
     """
+    centred = by_docks or side <= (LANES + ALIKE) * settings.robot.radius
     return best_offset(
         floor,
         side=side,
@@ -98,7 +101,8 @@ def _offset_for(settings: Settings, floor: OccupancyMap, side: float, robots: in
         missed=lambda cells: (
             _count_stops_out_of_reach(cells, settings, by_docks=by_docks) + _count_poor_starts(cells, settings, robots)
         ),
-        centred=by_docks or side <= (LANES + ALIKE) * settings.robot.radius,
+        centred=centred,
+        phases=FINER if centred and _area(floor) <= FINER_CELLS * side**2 else PHASES,
         places=[*_start_places(settings, robots), *_stops(settings)],
     )
 
@@ -110,11 +114,15 @@ def _sides(settings: Settings, floor: OccupancyMap) -> list[float]:
         sides = [settings.traffic.cell]
     else:
         fits = settings.traffic.offset is None and OWN[0] - ALIKE <= own / radius <= OWN[1] + ALIKE
-        height, width = (count * own for count in floor.shape)
         sides = [own] * fits + [
-            radii * radius for radii in RADII if radii >= LANES or height * width <= MOST_LANES * (radii * radius) ** 2
+            radii * radius for radii in RADII if radii >= LANES or _area(floor) <= MOST_LANES * (radii * radius) ** 2
         ]
     return list(dict.fromkeys(own if isclose(side, own, rel_tol=ALIKE) else side for side in sides))
+
+
+def _area(floor: OccupancyMap) -> float:
+    """Return the area of a map [m2]."""
+    return floor.cells.size * floor.resolution**2
 
 
 def lattices_tried(settings: Settings, floor: OccupancyMap) -> list[tuple[float, int]]:

@@ -10,7 +10,6 @@ from swarm.maps.occupancy import FREE, OccupancyMap, Point
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
 
 PHASES: Final = 4  # lattice offsets tried along each axis
-CENTRED_PHASES: Final = 8  # the same where cells are lanes: robots must not start in one cell, and each way is tried
 ROUNDING: Final = 1e-6  # cells; a row that fits exactly fits
 
 
@@ -21,15 +20,16 @@ def best_offset(
     radius: float,
     missed: Callable[[CellMap], int] = lambda cells: 0,
     centred: bool = False,
+    phases: int = PHASES,
     places: Sequence[Point] = (),
 ) -> Point:
     """Return the lattice offset [m] that leaves most of the floor in one piece, misses least, then joins most cells.
 
     Before all that, bodies at as few ``places`` [m, map frame] as possible reach beyond the last cells.
 
-    Walls rarely fit a lattice: shifting it by part of a cell opens doors. The offset 0 wins ties. If ``centred``, an
-    offset is tried first at which as many rows as fit lie in the middle of the free floor: two lanes in a hall, each as
-    far from its wall as the other.
+    Walls rarely fit a lattice: shifting it by part of a cell opens doors; ``phases`` offsets are tried along each axis.
+    The offset 0 wins ties. If ``centred``, an offset is tried first at which as many rows as fit lie in the middle of
+    the free floor: two lanes in a hall, each as far from its wall as the other.
     """
 
     def worth(offset: Point) -> tuple[int, float, int, int]:
@@ -39,7 +39,6 @@ def best_offset(
         beyond = sum(OUTSIDE in cells.cells_under_disc(*place, radius) for place in places)
         return -beyond, round(together, 2), -missed(cells), sum(map(len, cells.neighbours))
 
-    phases = CENTRED_PHASES if centred else PHASES
     shifts = [-k * side / phases for k in range(phases)]
     across, up = (_middle_shifts(occupancy, axis, side, radius) if centred else [] for axis in (1, 0))
     return max(((x, y) for y in (*up, *shifts) for x in (*across, *shifts)), key=worth)

@@ -15,7 +15,7 @@ from swarm.maps.occupancy import FREE, UNKNOWN, WALL, OccupancyMap, Point
 from swarm.settings import MapSettings, RadioSettings, Settings, StartSettings
 from swarm.settings import TrafficSettings as LatticeSettings
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
-from swarm.traffic.lattice.offset import best_offset
+from swarm.traffic.lattice.offset import PHASES, best_offset
 from swarm.traffic.lattice.placement import (
     DEAF,
     LOSSY,
@@ -28,7 +28,7 @@ from swarm.traffic.lattice.placement import (
     remove_unheard_joins,
     traffic_settings,
 )
-from swarm.traffic.lattice_choice import with_lattice
+from swarm.traffic.lattice_choice import FINER, with_lattice
 from swarm.traffic.settings import TrafficConstants
 from tests.shared import scenario_of
 from tests.traffic.maps import Drawn
@@ -150,7 +150,9 @@ def test_cells_are_the_largest_that_lead_through_a_door(door: str, way: str) -> 
     placed = with_lattice(settings, floor).traffic
     assert placed.cell == pytest.approx(side)
     centred = side < 0.9 or "eighth" in door
-    assert placed.offset == pytest.approx(best_offset(floor, side=side, radius=FITS, centred=centred))
+    assert placed.offset == pytest.approx(
+        best_offset(floor, side=side, radius=FITS, centred=centred, phases=FINER if centred else PHASES)
+    )
     cells = cells_of(floor, with_lattice(settings, floor))
     assert (cells.side, cells.radius, cells.offset) == (placed.cell, FITS, placed.offset)
 
