@@ -44,7 +44,7 @@ TOUCHING = ("no contact", "room to brake")  # laws that those runs break
 TOUCHED = {  # what more the scenario has: the exit status
     "a robot that stood":                   (MOVER.format(0.25, 1.2, "[[3.0, 0.6], [3.0, 7.4]]"), 0),
     "a robot that a mover caught up with":  (MOVER.format(0.25, 0.8, "[[1.0, 2.0], [9.9, 2.0]]"), 0),
-    "a robot that drove into a slow mover": (ONE_RAY + MOVER.format(0.05, 0.02, "[[6.0, 2.5], [7.0, 2.5]]"), 1),
+    "a robot that drove into a slow mover": (ONE_RAY + MOVER.format(0.05, 0.02, "[[6.0, 2.3], [7.0, 2.3]]"), 1),
 }
 # fmt: on
 

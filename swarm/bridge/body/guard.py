@@ -69,9 +69,10 @@ def _is_old(age: float | None, most: float) -> bool:
 
 # fmt: off
 FAULTS: Final = (
-    StandReason("stop",     lambda seen, _: seen.stop is not False,
-          lambda seen, guard: f"an emergency stop is pressed, by {guard.stop}" if seen.stop
-              else f"nothing usable has come on {guard.stop} yet, which tells of the emergency stop"),
+    StandReason("stop",     lambda seen, _: bool(seen.stop),
+          lambda seen, guard: f"an emergency stop is pressed, by {guard.stop}"),
+    StandReason("no stop",  lambda seen, _: seen.stop is None,
+          lambda seen, guard: f"nothing usable has come on {guard.stop} yet, which tells of the emergency stop"),
     StandReason("odometry", lambda seen, _: _is_old(seen.odometry_age, BODY.timeout),
           lambda seen, guard: _format_silence(guard.odometry or guard.localisation, seen.odometry_age, BODY.timeout)),
     StandReason("lost",     lambda seen, _: bool(seen.lost),
@@ -88,9 +89,10 @@ FAULTS: Final = (
     StandReason("apart",    lambda seen, _: seen.apart_for > STAND,
           lambda seen, guard: "the fleet has it elsewhere than it is; is it on the map, and was the world started "
               f"with --body {guard.robot}?"),
-    StandReason("scan",     lambda seen, _: _is_old(seen.scan_age, SCAN_TIMEOUT),
-          lambda seen, guard: f"the scan on {guard.scan} {seen.scan_lacks}" if seen.scan_lacks
-              else _format_silence(guard.scan, seen.scan_age, SCAN_TIMEOUT)),
+    StandReason("rays",     lambda seen, guard: bool(seen.scan_lacks) and guard.has_old_scan(seen),
+          lambda seen, guard: f"the scan on {guard.scan} {seen.scan_lacks}"),
+    StandReason("scan",     lambda seen, guard: guard.has_old_scan(seen),
+          lambda seen, guard: _format_silence(guard.scan, seen.scan_age, SCAN_TIMEOUT)),
     StandReason("wheels",   lambda seen, guard: bool(seen.wheels) and seen.wheels_age < guard.tries,
           lambda seen, guard: f"{seen.wheels}; it tries again in {guard.tries:g} s"),
     StandReason("command",  lambda seen, _: _is_old(seen.command_age, COMMAND.timeout),

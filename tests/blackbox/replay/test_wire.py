@@ -38,7 +38,7 @@ def test_a_tape_tells_what_listeners_have_heard(scenario: str, tmp_runtime: Path
     file, tape = tmp_runtime / "case.yaml", tmp_runtime / "run.swarm"
     file.write_text(scenario)
     heard: list[Message] = []
-    options = ("--pace", "max", "--limit", "40", "--record", str(tape), "--dashboard", "off")
+    options = ("--pace", "max", "--record", str(tape), "--dashboard", "off")
     with Fleet(file, "--wait", *options, runtime=tmp_runtime) as fleet, fleet.bus() as bus:
         for topic in (TRUTH, STATE, PLAN, EVENT, STATUS):
             bus.listen(topic)

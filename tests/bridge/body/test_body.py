@@ -120,7 +120,7 @@ CASES: Sequence[tuple[str, Callable[[Run], Any], str, int, bool, bool]] = (
     ("apart", lambda run: setattr(run, "placed", HERE),
      "the fleet has it elsewhere than it is; is it on the map, and was the world started with --body r2?", 46, True, True),
     ("scan", silence("scan"), "nothing usable has come on /scan for 0.5 s", 12, True, False),
-    ("scan", lambda run: setattr(run, "scan", AHEAD), "the scan on /scan has no beam in the direction of ray 1 (48 degrees)", 12, True, False),
+    ("rays", lambda run: setattr(run, "scan", AHEAD), "the scan on /scan has no beam in the direction of ray 1 (48 degrees)", 12, True, False),
     ("wheels", lambda run: setattr(run, "obeys", 0.0), "its left wheel does not turn though it was told 0.50 m/s; is an emergency stop pressed?; it tries again in 2 s", 70, True, True),
     ("wheels", lambda run: setattr(run, "obeys", 0.5), "its left wheel does 0.25 m/s and was told 0.50 m/s; it tries again in 2 s", 80, True, True),
     ("command", silence("cmd"), "its brain has commanded nothing for 0.25 s", 7, True, True),
@@ -147,7 +147,18 @@ def masked(text: str) -> str:
 
 
 def test_every_fault_of_the_table_has_a_case() -> None:
-    assert {fault.name for fault in FAULTS} == {case[0] for case in CASES} | {"unknown"}
+    assert {fault.name for fault in FAULTS} == {case[0] for case in CASES} | {"unknown", "no stop"}
+
+
+def test_another_fault_of_the_scan_is_said_while_it_stands_for_one() -> None:
+    run = run_of().steps(20)
+    run.says["scan"] = False
+    run.steps(12)
+    run.says["scan"], run.scan = True, AHEAD
+    run.steps(2)
+    assert [line.partition(" on /scan ")[0] for line in run.lines] == [
+        "r2 stands: nothing usable has come", "r2 stands: the scan"
+    ]  # fmt: skip
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,7 @@
 """Cells and the space between their walls, compared with shapely; ways, compared with networkx."""
 
 from collections.abc import Sequence
+from math import hypot
 
 import networkx as nx
 import numpy as np
@@ -118,6 +119,7 @@ def test_what_a_wall_lies_across_is_out_of_sight_and_what_has_room_all_along_is_
 ) -> None:
     """The line is tried each 0.1 m, its ends left out: between these two, either answer will do."""
     seen = lattice(floor, (0.0, 0.0)).in_sight((ax, ay), (bx, by))
+    assume(hypot(bx - ax, by - ay) > HAIR)  # shapely divides by the length of a line
     line, solid = shapely.LineString([(ax, ay), (bx, by)]), solid_of(floor)
     if shapely.distance(line, solid) > SIGHT:
         assert seen
