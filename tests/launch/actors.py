@@ -7,6 +7,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Collection, Iterator
 from contextlib import ExitStack, contextmanager, suppress
+from math import inf
 from pathlib import Path
 from queue import Empty, Queue
 from threading import Event as Flag
@@ -137,14 +138,15 @@ class Command:
             if line is not None:
                 self.lines.append(line)
 
-    def await_line(self, part: str) -> str:
-        """Read on until a line holds ``part``."""
+    def await_line(self, part: str, within: float = inf) -> str:
+        """Read on until a line holds ``part``, as long as lines come, and at most so many seconds."""
         for line in self.lines:
             if part in line:
                 return line
+        ends = monotonic() + within
         while True:
             try:
-                got = self._queue.get(timeout=PATIENCE)
+                got = self._queue.get(timeout=max(0.0, min(PATIENCE, ends - monotonic())))
             except Empty:
                 raise AssertionError(f"it does not say {part!r}:\n" + "\n".join(self.lines)) from None
             assert got is not None, f"it ended without saying {part!r}:\n" + "\n".join(self.lines)
