@@ -28,7 +28,7 @@ settings.register_profile(
 settings.register_profile("quick", settings.get_profile("all"), max_examples=25)  # `make test-all` takes "all" instead
 settings.load_profile("quick")
 
-pytest_plugins = ["tests.costs", "tests.skips", "pytester"]
+pytest_plugins = ["tests.again", "tests.costs", "tests.skips", "pytester"]
 
 MakeBus = Callable[..., Bus]
 

@@ -116,11 +116,14 @@ TALK: Final = (
     "swarm logs",
 )
 SHORTER: Final = {  # command: what makes it short enough to be run
+    "swarm run paper --robots 8 --pace max --dashboard off --report run.json": "--robots 2",
+    "swarm run paper --robots 8 --pace max --dashboard off --robots-per-process 4": "--robots 3 --robots-per-process 2",
+    "swarm run doorway --robots 8 --pace max --dashboard off": "--robots 2",
     "swarm storm":                                     "--seeds 2 --jobs 1",
-    "swarm storm --seeds 100":                         "--seeds 2 --jobs 1",
+    "swarm storm --seeds 100":                         "--seeds 1 --jobs 1",
     "swarm storm --seeds 500:600 --profile dead,late": "--seeds 500:501 --jobs 1",
-    "swarm storm --seeds 2000 --start 7000 --results found.jsonl --plans found/ --json": "--seeds 2 --jobs 1",
-    "swarm storm --twice":                             "--seeds 2 --jobs 1",
+    "swarm storm --seeds 2000 --start 7000 --results found.jsonl --plans found/ --json": "--seeds 1 --jobs 1",
+    "swarm storm --twice":                             "--seeds 1 --jobs 1",
     "swarm storm --over processes --profile calm":     "--seeds 1 --jobs 1",
     "swarm drill":                                     "--row report-full-disk",
     "swarm drill --json":                              "--row hang-up",
@@ -269,7 +272,7 @@ TRANSCRIPTS: Final = [
 ]
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture
 def tapes(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The folder with the two tapes of docs/black-box.md, recorded as that page says."""
     folder = tmp_path_factory.mktemp("tapes")
@@ -288,24 +291,32 @@ def tapes(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def transcribed() -> Iterator[object]:
-    for text in TRANSCRIPTS:
-        long = [pytest.mark.long("two missions are recorded"), pytest.mark.processes] if TAPE in text else []
-        yield pytest.param(text, marks=long, id=text.splitlines()[0])
-
-
-@pytest.mark.parametrize("transcript", list(transcribed()))
-def test_a_transcript_is_what_the_command_prints(
-    transcript: str, capsys: pytest.CaptureFixture[str], request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """What comes after a last line of three dots is left out on the page."""
+def assert_it_prints(transcript: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """Run the command of a transcript. What comes after a last line of three dots is left out on the page."""
     command, _, output = transcript.partition("\n")
-    if TAPE in transcript:
-        monkeypatch.chdir(request.getfixturevalue("tapes"))
-    assert main(shlex.split(command.removeprefix("$ swarm "))) == command.startswith("$ swarm diff ")
+    assert main(shlex.split(command.removeprefix("$ swarm "))) == command.startswith("$ swarm diff "), command
     said, shown = capsys.readouterr().out, output.removesuffix("...\n")
     assert said[: len(shown)] == shown
     assert len(said) == len(shown) or shown != output
+
+
+@pytest.mark.parametrize(
+    "transcript", [pytest.param(text, id=text.splitlines()[0]) for text in TRANSCRIPTS if TAPE not in text]
+)
+def test_a_transcript_is_what_the_command_prints(transcript: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert_it_prints(transcript, capsys)
+
+
+@pytest.mark.long("two missions are recorded")
+@pytest.mark.processes
+def test_transcripts_of_tapes_are_what_the_commands_print(
+    tapes: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tapes)
+    of_tapes = [text for text in TRANSCRIPTS if TAPE in text]
+    assert of_tapes
+    for transcript in of_tapes:
+        assert_it_prints(transcript, capsys)
 
 
 NAMED: Final = sorted(

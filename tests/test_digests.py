@@ -44,24 +44,24 @@ TASKS = [[2.6, 2.6], [9.0, 4.0], [12.0, 8.0], [4.0, 9.0]]
 
 # fmt: off
 RUNS: Final[dict[str, Fixed]] = {
-    "paper 1":            Fixed("paper", 1, 120.0),
-    "paper 4":            Fixed("paper", 4, 90.0),
-    "paper 8":            Fixed("paper", 8, 60.0),
+    "paper 1":            Fixed("paper", 1, 60.0),
+    "paper 4":            Fixed("paper", 4, 45.0),
+    "paper 8":            Fixed("paper", 8, 30.0),
     "paper 12":           Fixed("paper", 12, 30.0),
-    "paper, loss":        Fixed("paper", 4, 60.0, {"radio": {"loss": 0.3}}),
-    "paper, sight":       Fixed("paper", 4, 60.0, {"radio": {"line_of_sight": True, "range": 6.5}}),
+    "paper, loss":        Fixed("paper", 4, 30.0, {"radio": {"loss": 0.3}}),
+    "paper, sight":       Fixed("paper", 4, 30.0, {"radio": {"line_of_sight": True, "range": 6.5}}),
     "paper, noise":       Fixed("paper", 4, 40.0, {"sensors": {"noise": 0.03, "bearing_noise_deg": 2.0}}),
     "paper, late":        Fixed("paper", 4, 40.0, faults=Faults(late=0.1)),
     "paper, slow":        Fixed("paper", 4, 40.0, faults=Faults(slow=0.2)),
     "paper, killed":      Fixed("paper", 4, 60.0, faults=Faults(killed={"r3": 20.0}, spells=AWAY)),
     "paper, leader dead": Fixed("paper", 8, 30.0, faults=Faults(kill_leader_at=6.0)),
     "paper, edit":        Fixed("paper", 4, 40.0, {"edits": [WALL]}),
-    "paper, orders":      Fixed("paper", 4, 60.0, {"orders": [ORDER]}),
-    "paper, patrol":      Fixed("paper", 4, 60.0, {"patrol": True}),
+    "paper, orders":      Fixed("paper", 4, 40.0, {"orders": [ORDER]}),
+    "paper, patrol":      Fixed("paper", 4, 30.0, {"patrol": True}),
     "paper, careful":     Fixed("paper", 4, 40.0, {"controller": "careful"}),
     "paper, pool":        Fixed("paper", 4, 40.0, {"pool": TASKS}),
     "crossing":           Fixed("crossing", 8, 40.0),
-    "doorway":            Fixed("doorway", 8, 60.0),
+    "doorway":            Fixed("doorway", 8, 40.0),
     "corridor":           Fixed("corridor", 2, 60.0),
     "l corner":           Fixed("l_corner", 2, 60.0),
     "circle":             Fixed("circle", 8, 40.0),
@@ -69,7 +69,7 @@ RUNS: Final[dict[str, Fixed]] = {
     "depot":              Fixed("depot", 4, 40.0),
     "movers":             Fixed("movers", 4, 40.0),
     "unknown":            Fixed("unknown", 4, 40.0),
-    "wall following":     Fixed("wall_following", 2, 60.0),
+    "wall following":     Fixed("wall_following", 2, 40.0),
 }
 # fmt: on
 KEPT: Final = ("past-a-dead-leader", "edits-and-a-mover", "pool-1274000", "deaf-to-each-other")  # of tests/storm

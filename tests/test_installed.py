@@ -32,6 +32,7 @@ TOOLS: Final = {  # of `dev`, and what for, since no test imports them
     "mkdocstrings": "make docs",
     "mypy": "make check",
     "podman-compose": "tests/deploy runs the program",
+    "pytest-rerunfailures": "tests/again.py: its marker",
     "pytest-timeout": "pyproject.toml: timeout",
     "pytest-xdist": "-n auto",
     "ruff": "make check",

@@ -12,7 +12,7 @@ from world.simulate import Simulation
 
 CRUISE = 1.5  # m/s times speed_scale: the paper's medium speed
 QUICK_SEEDS = (1, 5, 12)
-ALL_SEEDS = tuple(range(1, 9))
+ALL_SEEDS = tuple(range(1, 7))
 
 
 def run(scenario: Scenario, robots: int, seed: int, limit: float | None = None) -> dict[str, Any]:
@@ -57,7 +57,7 @@ def test_four_robots_finish(paper: Scenario, seed: int) -> None:
 
 
 @pytest.mark.long("whole missions of four robots; make test drives one")
-@pytest.mark.parametrize("seed", [2, 3, 4])
+@pytest.mark.parametrize("seed", [2])
 def test_four_robots_finish_on_more_seeds(paper: Scenario, seed: int) -> None:
     assert_four_robots_finish(paper, seed)
 

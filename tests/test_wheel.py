@@ -44,7 +44,7 @@ print(json.dumps([count, lacking]))
 
 pytestmark = [
     pytest.mark.processes,
-    pytest.mark.long("installs 30 packages into an empty environment and compiles every kernel there, twice"),
+    pytest.mark.long("installs 30 packages into an empty environment and compiles every kernel there"),
     pytest.mark.timeout(900),
 ]
 
@@ -93,6 +93,19 @@ def installed(source: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return programs
 
 
+@pytest.fixture(scope="module")
+def compiled(installed: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+    """Compile the kernels with the Dockerfile's own words; return the environment in which they are found."""
+    folder = tmp_path_factory.mktemp("kernels")
+    text = (ROOT / "Dockerfile").read_text(encoding="utf-8")
+    before, compiling = text.split("WORKDIR /\nRUN ")
+    assert "pip --python /opt/swarm/bin/python install --no-deps ." in before, "compiled once it is installed"
+    command = compiling.splitlines()[0].replace("/opt/swarm/bin", str(installed))
+    cache = {"NUMBA_CACHE_DIR": str(folder)}
+    done(["sh", "-c", command], Path("/"), **cache)
+    return cache
+
+
 def test_what_it_needs_is_there_and_what_it_weighs_is_told(installed: Path, tmp_path: Path) -> None:
     assert done([str(installed / "python"), "-m", "pip", "check"], tmp_path) == "No broken requirements found.\n"
     site = next((installed.parent / "lib").glob("python*/site-packages"))
@@ -125,8 +138,10 @@ def size_of(place: Path) -> int:
     return sum(file.stat().st_size for file in files)
 
 
-def test_every_module_is_imported_but_those_of_an_extra(installed: Path, tmp_path: Path) -> None:
-    count, lacking = json.loads(done([str(installed / "python"), "-c", ALL], tmp_path))
+def test_every_module_is_imported_but_those_of_an_extra(
+    installed: Path, compiled: dict[str, str], tmp_path: Path
+) -> None:
+    count, lacking = json.loads(done([str(installed / "python"), "-c", ALL], tmp_path, **compiled))
     extras = {name for of in EXTRAS.values() for name in of.values()}
     assert set(lacking.values()) == extras, lacking
     assert count == len([file for part in PARTS for file in (ROOT / part).rglob("*.py") if "__main__" not in file.name])
@@ -147,11 +162,14 @@ def test_a_strict_type_check_of_ones_own_tool_finds_what_packages_offer(installe
     done([*check, "--python-executable", str(installed / "python")], tmp_path)
 
 
-def test_a_mission_from_another_folder_has_the_digest_of_the_checkout(installed: Path, tmp_path: Path) -> None:
+def test_a_mission_from_another_folder_has_the_digest_of_the_checkout(
+    installed: Path, compiled: dict[str, str], tmp_path: Path
+) -> None:
     digests = []
-    for program, folder in ((str(installed / "swarm"), tmp_path / "there"), (checkout(), tmp_path / "here")):
-        folder.mkdir()
-        done([program, *MISSION], folder)
+    there, here = (str(installed / "swarm"), compiled), (checkout(), dict[str, str]())
+    for number, (program, cache) in enumerate((there, here)):
+        (folder := tmp_path / str(number)).mkdir()
+        done([program, *MISSION], folder, **cache)
         digests.append(json.loads((folder / "report.json").read_text(encoding="utf-8"))["digest"])
     assert digests[0] == digests[1]
 
@@ -161,9 +179,9 @@ def checkout() -> str:
     return str(Path(sys.executable).with_name("swarm"))
 
 
-def test_the_box_opens(installed: Path, tmp_path: Path) -> None:
+def test_the_box_opens(installed: Path, compiled: dict[str, str], tmp_path: Path) -> None:
     command = [str(installed / "swarm"), "box", "--quiet"]
-    environment = os.environ | {"PYTHONUNBUFFERED": "1", "DISPLAY": "", "WAYLAND_DISPLAY": ""}  # no browser
+    environment = os.environ | compiled | {"PYTHONUNBUFFERED": "1", "DISPLAY": "", "WAYLAND_DISPLAY": ""}  # no browser
     with subprocess.Popen(command, cwd=tmp_path, env=environment, stdout=subprocess.PIPE, text=True) as box:
         try:
             assert box.stdout is not None
@@ -193,18 +211,16 @@ def answer(box: subprocess.Popen[str], place: str, path: str, query: str) -> str
     raise AssertionError(f"the box ended with status {box.returncode}")
 
 
-def test_the_images_load_the_kernels_that_their_build_has_compiled(installed: Path, tmp_path: Path) -> None:
-    """The Dockerfile's own words compile; the class that it names loads, and writes nothing."""
+def test_the_images_load_the_kernels_that_their_build_has_compiled(installed: Path, compiled: dict[str, str]) -> None:
+    """The class that the Dockerfile names loads what was compiled with its words, and writes nothing."""
     text = (ROOT / "Dockerfile").read_text(encoding="utf-8")
-    before, compiling = text.split("WORKDIR /\nRUN ")
-    assert "pip --python /opt/swarm/bin/python install --no-deps ." in before, "compiled once it is installed"
-    command = compiling.splitlines()[0].replace("/opt/swarm/bin", str(installed))
     locator = re.findall(r"NUMBA_CACHE_LOCATOR_CLASSES=(\S+)", text)[0]
-    cache = {"NUMBA_CACHE_DIR": str(tmp_path)}
-    done(["sh", "-c", command], Path("/"), **cache)
-    there = sorted(tmp_path.rglob("*"))
+    folder = Path(compiled["NUMBA_CACHE_DIR"])
+    there = sorted(folder.rglob("*"))
     load = [str(installed / "python"), "-c", "from swarm import kernels; kernels.load()"]
-    words = LOADED.findall(done(load, Path("/"), NUMBA_DEBUG_CACHE="1", NUMBA_CACHE_LOCATOR_CLASSES=locator, **cache))
-    assert sorted(tmp_path.rglob("*")) == there
+    words = LOADED.findall(
+        done(load, Path("/"), NUMBA_DEBUG_CACHE="1", NUMBA_CACHE_LOCATOR_CLASSES=locator, **compiled)
+    )
+    assert sorted(folder.rglob("*")) == there
     assert words
     assert set(words) == {"loaded"}

@@ -53,11 +53,11 @@ def test_it_completes_the_papers_mission_among_three_of_ours(endpoint: Endpoint,
 
 
 @pytest.mark.processes
-@pytest.mark.long("a whole mission, and a router that starts again")
-def test_it_comes_back_when_the_router_was_away(tmp_runtime: Path) -> None:
+@pytest.mark.long("a mission, and a router that starts again")
+def test_it_comes_back_when_the_router_was_away(small: Path, tmp_runtime: Path) -> None:
     place, file = Endpoint("127.0.0.1", 0).claim(), tmp_runtime / "report.json"
     wire = ("--connect", str(place), "--fleet", "foreign-again")
-    arguments = (str(PAPER), "--robots", "4", "--pace", "max", "--report", str(file))
+    arguments = (str(small), "--robots", "3", "--pace", "max", "--report", str(file))
     router = ("router", "--listen", str(place))
     with ExitStack() as stack:
         start = partial(Command, runtime=tmp_runtime)
@@ -65,16 +65,16 @@ def test_it_comes_back_when_the_router_was_away(tmp_runtime: Path) -> None:
         first.await_line("listening")
         world = stack.enter_context(start("world", *arguments, *wire))
         foreign = stack.enter_context(
-            subprocess.Popen([sys.executable, str(FOREIGN), str(place), "foreign-again", "r4"], stdout=subprocess.PIPE)
+            subprocess.Popen([sys.executable, str(FOREIGN), str(place), "foreign-again", "r3"], stdout=subprocess.PIPE)
         )
-        stack.enter_context(start("robot", "--count", "3", *wire))
+        stack.enter_context(start("robot", "--count", "2", *wire))
         world.await_line("at target 1")
         first.process.kill()
         world.await_line("the router is gone")
         stack.enter_context(start(*router))
         assert world.end() == 0, world.text
         assert foreign.wait(FAREWELL) == 0
-    assert_it_keeps_the_contract(json.loads(file.read_text()), "r4")
+    assert_it_keeps_the_contract(json.loads(file.read_text()), "r3")
 
 
 def test_it_comes_to_places_that_lie_between_cells(paper: Scenario) -> None:

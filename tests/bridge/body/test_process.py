@@ -59,7 +59,7 @@ STANDING: Final = (
     ("jump 1.4 0 0", "its localisation jumped 1.", "body_jumped", "jump 0 0 0"),
     ("jump 0 1.4 0", "its localisation jumped 1.", "body_jumped", "jump 0 0 0"),
     ("jump 0 0 0.8", "its localisation turned 0.", None, "jump 0 0 0"),
-    ("reset", "its odometry jumped", None, "on nothing"),
+    ("reset", "its odometry ", None, "on nothing"),
     ("off scan", "nothing usable has come on /r2/scan for 0.5 s", None, "on scan"),
     ("set half true", "the scan on /r2/scan has no beam in the direction of ray 5 (-25 degrees)", None, "set half false"),
     ("estop on", "an emergency stop is pressed, by /r2/estop", None, "estop off"),
