@@ -8,6 +8,9 @@ import shutil
 import subprocess
 import sys
 import venv
+from collections.abc import Iterator
+from contextlib import contextmanager
+from fcntl import LOCK_EX, flock
 from importlib.metadata import distributions, files, requires
 from pathlib import Path
 from typing import Final
@@ -73,10 +76,30 @@ def source(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@contextmanager
+def made_once(name: str, factory: pytest.TempPathFactory) -> Iterator[tuple[Path, bool]]:
+    """Give a folder that all workers of a run share, and if it is there already; the others wait meanwhile."""
+    worker = os.environ.get("PYTEST_XDIST_WORKER")
+    folder = (factory.getbasetemp().parent if worker else factory.getbasetemp()) / name
+    with folder.with_suffix(".lock").open("w") as lock:
+        flock(lock, LOCK_EX)
+        made = folder.with_suffix(".made")
+        yield folder, made.exists()
+        made.touch()
+
+
 @pytest.fixture(scope="module")
 def installed(source: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return the folder of programs of an empty environment in which the wheel was installed."""
-    folder = tmp_path_factory.mktemp("empty")
+    with made_once("wheel", tmp_path_factory) as (folder, made):
+        if not made:
+            install(source, folder)
+    return folder / "env" / "bin"
+
+
+def install(source: Path, folder: Path) -> None:
+    """Make the wheel and an empty environment in a folder, and install the wheel in it."""
+    folder.mkdir(exist_ok=True)
     wheels = folder / "wheels"
     pip = [sys.executable, "-m", "pip"]
     done([*pip, "wheel", "--no-deps", "--no-build-isolation", "--wheel-dir", str(wheels), str(source)], folder)
@@ -90,19 +113,19 @@ def installed(source: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     # the versions of the checkout's environment: another numpy or numba may round differently
     lock = ["--constraint", str(ROOT / "requirements.lock")]
     done([*pip, "install", "--no-cache-dir", *lock, str(wheel)], folder)
-    return programs
 
 
 @pytest.fixture(scope="module")
 def compiled(installed: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     """Compile the kernels with the Dockerfile's own words; return the environment in which they are found."""
-    folder = tmp_path_factory.mktemp("kernels")
     text = (ROOT / "Dockerfile").read_text(encoding="utf-8")
     before, compiling = text.split("WORKDIR /\nRUN ")
     assert "pip --python /opt/swarm/bin/python install --no-deps ." in before, "compiled once it is installed"
     command = compiling.splitlines()[0].replace("/opt/swarm/bin", str(installed))
-    cache = {"NUMBA_CACHE_DIR": str(folder)}
-    done(["sh", "-c", command], Path("/"), **cache)
+    with made_once("kernels", tmp_path_factory) as (folder, made):
+        cache = {"NUMBA_CACHE_DIR": str(folder)}
+        if not made:
+            done(["sh", "-c", command], Path("/"), **cache)
     return cache
 
 

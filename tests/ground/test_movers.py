@@ -40,13 +40,12 @@ def test_a_robot_alone_runs_into_no_mover_on_more_seeds(movers: Scenario, seed: 
     assert_every_contact_was_the_movers(Simulation.of(movers, 1, seed).run())
 
 
-@pytest.mark.long("two whole missions with four robots")
+@pytest.mark.long("a whole mission with four robots")
 def test_four_robots_get_out_of_the_way_of_most_movers(movers: Scenario) -> None:
-    reports = [Simulation.of(movers, 4, seed).run() for seed in QUICK]
-    for report in reports:
-        assert report["complete"], report["reason"]
-        assert report["contacts"]["wall"] == report["contacts"]["robot"] == 0
-    assert sum(report["contacts"]["obstacle"] for report in reports) <= 2, "standing still it was 7 a run"
+    report = Simulation.of(movers, 4, 2).run()
+    assert report["complete"], report["reason"]
+    assert report["contacts"]["wall"] == report["contacts"]["robot"] == 0
+    assert report["contacts"]["obstacle"] <= 1, "standing still it was 7"
 
 
 # fmt: off
