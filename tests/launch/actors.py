@@ -18,7 +18,7 @@ from typing import Any, Final, Self, TypeVar
 import psutil
 
 from swarm.blackbox.replay.judge import Watch
-from swarm.blackbox.replay.replay import replay_tape
+from swarm.blackbox.replay.replay import Replay
 from swarm.bus import Arrival, Bus, Endpoint, Presence
 from swarm.errors import ConfigError, SwarmError
 from swarm.messages import CLOCK, EVENT, SENSE, STATUS, Clock, Event, Phase, Sense, Status
@@ -28,6 +28,7 @@ from world.simulate import Simulation
 
 T = TypeVar("T")
 
+JUDGED: Final = 600  # ticks of a tape; to judge a run costs as much as to drive it
 PATIENCE: Final = 150.0  # s; the longest silence before the test fails: a loaded machine compiles for a minute
 LONGEST: Final = 600.0  # s; the longest wait for what fits: on a busy machine a mission takes ten times as long
 SHOWN: Final = 12  # lines of each log, below a failed test
@@ -75,13 +76,14 @@ def as_started() -> None:
 
 
 def judge_tapes(runtime: Path, breaks: Collection[str] = ()) -> None:
-    """Check that the runs whose tapes fleets have left in a folder broke no safety law, and are replayed.
+    """Check that the runs whose tapes fleets have left in a folder broke no safety law, and are replayed: their begin.
 
     ``breaks`` are laws that the test has planted a fault against.
     """
     for path in sorted(runtime.glob("zenoh-swarm-*/*.swarm")):
-        watch = Watch()
-        replay = replay_tape(TapeFile(path), watch.take)
+        watch, replay = Watch(), Replay(TapeFile(path))
+        while replay.done < JUDGED and (tick := replay.step()) is not None:
+            watch.take(replay, tick)
         broken = [one for one in watch.judge_laws() if one.law not in breaks]
         found = [one for one in (replay.difference, *broken) if one is not None]
         assert not found, f"{path}: {found}"

@@ -13,7 +13,7 @@ import pytest
 from benchmarks.floor import mission_to_places
 from swarm.bus import Endpoint
 from swarm.scenario.load import Scenario
-from tests.launch.actors import FAREWELL, Command
+from tests.launch.actors import FAREWELL, SMALL, Command
 from tests.launch.foreign import with_foreign
 from tests.shared import PAPER, ROOT, with_settings
 
@@ -54,10 +54,13 @@ def test_it_completes_the_papers_mission_among_three_of_ours(endpoint: Endpoint,
 
 @pytest.mark.processes
 @pytest.mark.long("a mission, and a router that starts again")
-def test_it_comes_back_when_the_router_was_away(small: Path, tmp_runtime: Path) -> None:
+def test_it_comes_back_when_the_router_was_away(tmp_runtime: Path) -> None:
     place, file = Endpoint("127.0.0.1", 0).claim(), tmp_runtime / "report.json"
     wire = ("--connect", str(place), "--fleet", "foreign-again")
-    arguments = (str(small), "--robots", "3", "--pace", "max", "--report", str(file))
+    (longer := tmp_runtime / "longer.yaml").write_text(
+        SMALL.replace("targets: [", f"targets: [{6 * '[2.5, 6.0], [9.5, 4.0], '}")
+    )
+    arguments = (str(longer), "--robots", "3", "--pace", "max", "--report", str(file))
     router = ("router", "--listen", str(place))
     with ExitStack() as stack:
         start = partial(Command, runtime=tmp_runtime)
