@@ -28,6 +28,9 @@ from world.simulate import Simulation
 
 T = TypeVar("T")
 
+PATH: Final = os.pathsep.join(
+    [str(Path(__file__).with_name("as_installed")), *filter(None, [os.environ.get("PYTHONPATH")])]
+)
 JUDGED: Final = 600  # ticks of a tape; to judge a run costs as much as to drive it
 PATIENCE: Final = 150.0  # s; the longest silence before the test fails: a loaded machine compiles for a minute
 LONGEST: Final = 600.0  # s; the longest wait for what fits: on a busy machine a mission takes ten times as long
@@ -105,7 +108,8 @@ class Command:
         self.process = subprocess.Popen(
             ["sh", "-c", " ".join([*limits, 'exec "$0" "$@"']), sys.executable, "-m", "swarm.cli", *arguments],
             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True, preexec_fn=as_started,
-            env=os.environ | {"XDG_RUNTIME_DIR": str(runtime), "PYTHONWARNINGS": warnings, "COLUMNS": "400"},
+            env=os.environ | {"PYTHONPATH": PATH, "PYTHONWARNINGS": warnings}
+            | {"XDG_RUNTIME_DIR": str(runtime), "COLUMNS": "400"},
         )  # fmt: skip
         self.runtime, self._breaks = runtime, breaks
         self.lines: list[str] = []
