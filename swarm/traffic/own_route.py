@@ -15,7 +15,7 @@ from swarm.maps.occupancy import Point
 from swarm.messages.traffic import Record
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
 from swarm.traffic.lattice.distances import FAR
-from swarm.traffic.lattice.dock import Dock, find_dock, find_way_out
+from swarm.traffic.lattice.dock import Dock, find_cell_beside, find_dock, find_way_out
 from swarm.traffic.peers.sightings import Cleared, has_reserved
 from swarm.traffic.peers.situation import Situation
 from swarm.traffic.reservations.route import BESIDE, Footprint, RouteProgress
@@ -57,11 +57,19 @@ class GoalCell:
         self._place: Point = (0.0, 0.0)
 
     def set_wish(
-        self, wish: Point | None, progress: RouteProgress, body: Footprint, cells: CellMap, settings: TrafficConstants
+        self,
+        wish: Point | None,
+        progress: RouteProgress,
+        body: Footprint,
+        cells: CellMap,
+        settings: TrafficConstants,
+        occupied: Collection[int] = (),
     ) -> bool:
         """Set the wanted point [m]; return True if the goal cell changes and the robot wants to be somewhere.
 
         If no way leads from the head to that point, and none straight from a cell, the nearest reachable cell is taken.
+        If an unexpected body stands in its cell, which is one of those ``occupied``, a cell beside it is taken, if the
+        point is within reach from inside that.
         """
         changed = False
         if self.leaves is not None and (
@@ -90,6 +98,10 @@ class GoalCell:
                 cell = min(reachable, key=lambda other: (distance(cells.centre(other), wish), other))
             if cell != self.cell:
                 self.cell, self.since, changed = cell, body.tick, True
+        elif self.cell in occupied and self.cell != progress.head:
+            beside = find_cell_beside(cells, progress.head, self.cell, wish, occupied, settings)
+            if beside != OUTSIDE:
+                self.cell, self.dock, self.since, changed = beside, None, body.tick, True
         self.wish = wish
         return changed
 

@@ -216,9 +216,12 @@ def near(cell: int, dx: float = 0.0, dy: float = 0.0) -> Point:
     return x + dx, y + dy
 
 
-def wish(goal: GoalCell, place: Point | None, head: int = A, tick: int = 0) -> bool:
+def wish(
+    goal: GoalCell, place: Point | None, head: int = A, tick: int = 0, occupied: frozenset[int] = frozenset()
+) -> bool:
     body = Footprint(tick, FLOOR.pose(head), head, frozenset({head}))
-    return goal.set_wish(place, RouteProgress(Reservations((head,)), (ALONE,)), body, FLOOR.cells, CONSTANTS)
+    progress = RouteProgress(Reservations((head,)), (ALONE,))
+    return goal.set_wish(place, progress, body, FLOOR.cells, CONSTANTS, occupied)
 
 
 # fmt: off
@@ -292,6 +295,32 @@ def test_beside_an_open_floor_the_goal_is_the_nearest_cell() -> None:
     goal, body = GoalCell(), Footprint(0, floor.pose(a), a, frozenset({a}))
     assert goal.set_wish((x - 2.0, y), RouteProgress(Reservations((a,)), (ALONE,)), body, floor.cells, CONSTANTS)
     assert goal.cell == a
+
+
+UP = 0.59 if near(B)[1] > near(E)[1] else -0.59  # m, from the middle of e to its edge with b
+# fmt: off
+OCCUPIED: dict[str, tuple[Point, int, set[int], int]] = {
+    #                            place                head  occupied  goal
+    "not its cell":             (near(E, -0.59),      A,    {D},      E),
+    "its cell":                 (near(E, -0.59),      A,    {E},      D),
+    "at another edge":          (near(E, 0.0, UP),    A,    {E},      B),
+    "out of reach from others": (near(E),             A,    {E},      E),
+    "all within reach too":     (near(E, -0.59),      A,    {D, E},   E),
+    "no way leads beside it":   (near(E, 0.0, UP),    D,    {A, E},   E),
+    "it is there":              (near(E, -0.59),      E,    {E},      E),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", OCCUPIED)
+def test_a_robot_goes_to_a_cell_beside_if_a_body_stands_in_that_of_its_stop(name: str) -> None:
+    place, head, occupied, cell = OCCUPIED[name]
+    goal = GoalCell()
+    wish(goal, place, head)
+    assert goal.cell == E
+    found = [wish(goal, place, head, tick, frozenset(occupied)) for tick in (8, 9)]
+    assert (goal.cell, found) == (cell, [cell != E, False])
+    assert goal.since == (8 if cell != E else 0)
 
 
 class Edited:

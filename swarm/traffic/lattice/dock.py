@@ -11,6 +11,7 @@ from typing import Final, NamedTuple
 from swarm.geometry import distance
 from swarm.maps.occupancy import Point
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
+from swarm.traffic.lattice.distances import FAR
 from swarm.traffic.settings import NEAR, TrafficConstants
 
 STEP: Final = 0.05  # m, between two points of the way at which the body is tried
@@ -91,6 +92,25 @@ def find_way_out(cells: CellMap, here: Point, radius: float) -> int:
     near = [cell for cell in cells.cells_around(cells.cell_of(*here), 1) if cells.stands[cell]]
     near.sort(key=lambda cell: (distance(cells.centre(cell), here), cell))
     return next((cell for cell in near if cells.in_sight(here, cells.centre(cell), radius)), OUTSIDE)
+
+
+def find_cell_beside(
+    cells: CellMap, head: int, cell: int, place: Point, occupied: Collection[int], settings: TrafficConstants
+) -> int:
+    """Return the cell beside ``cell`` from inside which a robot comes nearest to a place [m], within reach; or OUTSIDE.
+
+    It is none of those ``occupied``, and a way that avoids them leads there from the robot's ``head``.
+    """
+    gaps = {
+        other: gap_to_place(cells, other, place, settings)
+        for other in cells.cells_around(cell, 1)
+        if cells.stands[other] and other not in occupied
+    }
+    near = sorted((gap, other) for other, gap in gaps.items() if gap <= settings.reach)
+    if not near:
+        return OUTSIDE
+    steps = cells.distances(head, frozenset(occupied) - {head})
+    return next((other for _, other in near if steps[other] < FAR), OUTSIDE)
 
 
 def gap_to_place(cells: CellMap, cell: int, place: Point, settings: TrafficConstants) -> float:

@@ -38,6 +38,11 @@ CASES = {  # where r2 stands for r1: what is said of it
 # fmt: on
 
 
+def test_a_robot_reaches_a_stop_from_the_cell_beside_if_a_dead_robot_stands_in_that_of_the_stop() -> None:
+    one = simulation(ROOM, (7.25, 1.8))
+    assert one.run(40.0)["per_robot"]["r1"]["reached"][0] is not None
+
+
 @pytest.mark.parametrize("name", CASES)
 def test_a_robot_that_stands_behind_another_for_good_is_never_seen_driving(name: str) -> None:
     text, target, dead, reason = CASES[name]
