@@ -19,7 +19,7 @@ from swarm.traffic.lattice.dock import Dock, find_cell_beside, find_dock, find_w
 from swarm.traffic.peers.sightings import Cleared, has_reserved
 from swarm.traffic.peers.situation import Situation
 from swarm.traffic.reservations.route import BESIDE, Footprint, RouteProgress
-from swarm.traffic.settings import TrafficConstants
+from swarm.traffic.settings import NEAR, TrafficConstants
 
 STRAY: Final = 0.7  # steps, the cost of a cell that lies one cell side off the path
 RETRY: Final = 20  # ticks before the next attempt after no way was found
@@ -53,7 +53,7 @@ class GoalCell:
         self.way_out: tuple[int, ...] = ()  # the way out of a cell in which no robot can stand; () elsewhere
         self.dock: Dock | None = None  # the way to a wish that is not reached from inside the cell
         self.leaves: Dock | None = None  # the dock that the robot is on its way back from
-        self._place_for: tuple[CellMap, int, Point] | None = None
+        self._place_for: tuple[CellMap, int, Point, float] | None = None
         self._place: Point = (0.0, 0.0)
 
     def set_wish(
@@ -64,12 +64,12 @@ class GoalCell:
         cells: CellMap,
         settings: TrafficConstants,
         occupied: Collection[int] = (),
+        uncertainty: float = 0.0,
     ) -> bool:
         """Set the wanted point [m]; return True if the goal cell changes and the robot wants to be somewhere.
 
         If no way leads from the head to that point, and none straight from a cell, the nearest reachable cell is taken.
-        If an unexpected body stands in its cell, which is one of those ``occupied``, a cell beside it is taken, if the
-        point is within reach from inside that.
+        A chosen cell is given up, or left for the last part, if a robot comes nearer so: see ``_come_nearer``.
         """
         changed = False
         if self.leaves is not None and (
@@ -98,12 +98,38 @@ class GoalCell:
                 cell = min(reachable, key=lambda other: (distance(cells.centre(other), wish), other))
             if cell != self.cell:
                 self.cell, self.since, changed = cell, body.tick, True
-        elif self.cell in occupied and self.cell != progress.head:
-            beside = find_cell_beside(cells, progress.head, self.cell, wish, occupied, settings)
-            if beside != OUTSIDE:
-                self.cell, self.dock, self.since, changed = beside, None, body.tick, True
+        else:
+            changed = self._come_nearer(wish, progress, body, cells, settings, occupied, uncertainty)
         self.wish = wish
         return changed
+
+    def _come_nearer(
+        self,
+        wish: Point,
+        progress: RouteProgress,
+        body: Footprint,
+        cells: CellMap,
+        settings: TrafficConstants,
+        occupied: Collection[int],
+        uncertainty: float,
+    ) -> bool:
+        """Choose another cell or a dock if the point is out of reach from the chosen cell; return True if it changes.
+
+        If an unexpected body stands in the cell, one of those ``occupied``, a cell beside it is taken that comes within
+        reach. A robot that stands where it comes nearest from inside the cell, and may be off by ``uncertainty`` [m],
+        drives straight to the point if it may be out of reach.
+        """
+        if self.cell in occupied and self.cell != progress.head:
+            beside = find_cell_beside(cells, progress.head, self.cell, wish, occupied, settings)
+            if beside == OUTSIDE:
+                return False
+            self.cell, self.dock, self.since = beside, None, body.tick
+            return True
+        if uncertainty and self.dock is None and body.cell == self.cell == progress.head:
+            nearest = self.place(wish, settings.standing_room + uncertainty, cells)
+            if distance(body.pose[:2], nearest) <= NEAR:
+                self.dock = find_dock(cells, wish, settings, self.cell.__eq__, uncertainty)
+        return False
 
     def stop_to_visit(self, wish: Wish) -> int:
         """Return the cell of the stop that the robot has yet to reach; OUTSIDE: there is none, or it docks there."""
@@ -130,7 +156,7 @@ class GoalCell:
 
     def place(self, wish: Point, room: float, cells: CellMap) -> Point:
         """Return the point in the goal cell nearest to ``wish`` where a disc with the radius ``room`` fits [m]."""
-        asked = (cells, self.cell, wish)
+        asked = (cells, self.cell, wish, room)
         if asked != self._place_for:
             self._place_for = asked
             self._place = cells.move_inside(self.cell, wish, room)

@@ -172,7 +172,8 @@ class Traffic:
         here = cell_on_way(self._goal, dock, on_way, body, cells, settings)
         released = on_way.release_behind(body.touched, here, room, self._goal.stop_to_visit(wish))
         moved = tick if released.way_cell_count < on_way.way_cell_count else heard.moved
-        other_goal = self._goal.set_wish(wish.goal, released, body, cells, settings, self._sightings.occupied_cells())
+        occupied, off = self._sightings.occupied_cells(), inputs.uncertainty
+        other_goal = self._goal.set_wish(wish.goal, released, body, cells, settings, occupied, off)
         beyond = tuple([cell for cell in released.reservations.held if cell not in body.touched])
         shared = len(self._peers.cells_held_alone(beyond, tick)) < len(
             beyond

@@ -16,6 +16,7 @@ from swarm.messages.traffic import Claim, Record
 from swarm.traffic.interface import TrafficInputs
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
 from swarm.traffic.lattice.distances import FAR
+from swarm.traffic.lattice.dock import Dock
 from swarm.traffic.own_route import (
     STRAY,
     DockCells,
@@ -321,6 +322,34 @@ def test_a_robot_goes_to_a_cell_beside_if_a_body_stands_in_that_of_its_stop(name
     found = [wish(goal, place, head, tick, frozenset(occupied)) for tick in (8, 9)]
     assert (goal.cell, found) == (cell, [cell != E, False])
     assert goal.since == (8 if cell != E else 0)
+
+
+# fmt: off
+SHORT: dict[str, tuple[Point, Point, float, bool]] = {
+    #                              place                   robot at                off [m]  docks
+    "exact":                      (near(E, 0.0, 0.5),      near(E, 0.0, 0.32),     0.0,     False),
+    "off, and out of reach":      (near(E, 0.0, 0.5),      near(E, 0.0, 0.20),     0.12,    True),
+    "still on its way":           (near(E, 0.0, 0.5),      near(E, 0.0, 0.10),     0.12,    False),
+    "off, and within reach":      (near(E, 0.0, 0.4),      near(E, 0.0, 0.27),     0.05,    False),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", SHORT)
+def test_a_robot_that_may_be_out_of_reach_in_its_cell_drives_straight_to_its_place(name: str) -> None:
+    place, (x, y), off, docks = SHORT[name]
+    goal, progress = GoalCell(), RouteProgress(Reservations((E,)), (ALONE,))
+    for at in (near(E), (x, y)):
+        body = Footprint(0, Pose(*at, 0.0), E, frozenset({E}))
+        goal.set_wish(place, progress, body, FLOOR.cells, CONSTANTS, (), off)
+    assert goal.dock == (Dock(place, E) if docks else None)
+
+
+def test_the_place_in_a_cell_follows_the_room_that_a_body_needs() -> None:
+    goal = GoalCell()
+    wish(goal, near(E, 0.5), E)
+    found = [goal.place(near(E, 0.5), room, FLOOR.cells) for room in (0.28, 0.4, 0.28)]
+    assert found == [pytest.approx(near(E, dx)) for dx in (0.32, 0.2, 0.32)]
 
 
 class Edited:

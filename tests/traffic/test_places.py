@@ -76,11 +76,13 @@ def test_a_robot_comes_as_near_to_a_wall_as_its_place_is(paper: Scenario) -> Non
     assert_clean(Simulation.of(replace(mission, settings=settings), 1, 1).run(limit=200.0))
 
 
-def test_they_pass_with_poses_that_are_3_cm_off() -> None:
+@pytest.mark.parametrize("seed", mostly_long("half a minute of two robots", (None, 9941, 9943), 9941))
+def test_they_pass_with_poses_that_are_3_cm_off(seed: int | None) -> None:
+    """In seed 9941 the place lies between two lanes: from inside its cell it may be out of reach."""
     error = LocalisationSettings(error=0.03, yaw_error_deg=1.5)
-    scenario = hall(1.6, 2)
+    scenario = hall(1.6, 2, seed)
     settings = msgspec.structs.replace(scenario.settings, localisation=error)
-    assert_clean(Simulation.of(replace(scenario, settings=settings), 2, 1).run(limit=250.0))
+    assert_clean(Simulation.of(replace(scenario, settings=settings), 2, seed or 1).run(limit=100.0))
 
 
 WIDE = "\n".join(["#" * 30, *["#" + "." * 28 + "#"] * 5, "#" * 30])  # 2.5 m between the walls

@@ -58,10 +58,15 @@ def _points_between(start: Point, end: Point) -> list[Point]:
 
 
 def find_dock(
-    cells: CellMap, place: Point, settings: TrafficConstants, can_use: Callable[[int], bool] = lambda cell: True
+    cells: CellMap,
+    place: Point,
+    settings: TrafficConstants,
+    can_use: Callable[[int], bool] = lambda cell: True,
+    uncertainty: float = 0.0,
 ) -> Dock | None:
     """Return from which cell a robot comes to a place [m]; None: from none, or it needs no other cell than its own.
 
+    The robot may be off by ``uncertainty`` [m].
     The cell is one that it ``can_use`` and stand in, the place's own if possible, else the nearest around it from which
     no wall is in the way. Where walls stop the radio there is no dock: who claims a cell there leans towards it first,
     to be heard by all that could claim it too.
@@ -69,7 +74,8 @@ def find_dock(
     here = cells.cell_of(*place)
     if here == OUTSIDE or settings.in_sight:
         return None
-    if cells.stands[here] and can_use(here) and gap_to_place(cells, here, place, settings) <= settings.reach:
+    gap = gap_to_place(cells, here, place, settings, uncertainty)
+    if cells.stands[here] and can_use(here) and gap <= settings.reach:
         return None
     near = [cell for cell in cells.cells_around(here, 1) if cells.stands[cell] and can_use(cell)]
 
@@ -113,6 +119,8 @@ def find_cell_beside(
     return next((other for _, other in near if steps[other] < FAR), OUTSIDE)
 
 
-def gap_to_place(cells: CellMap, cell: int, place: Point, settings: TrafficConstants) -> float:
-    """Return how far from a place [m] a robot stands at most that keeps to one cell."""
-    return distance(cells.move_inside(cell, place, settings.standing_room), place) + NEAR
+def gap_to_place(
+    cells: CellMap, cell: int, place: Point, settings: TrafficConstants, uncertainty: float = 0.0
+) -> float:
+    """Return how far from a place [m] a robot stands at most that keeps to one cell and may be off [m]."""
+    return distance(cells.move_inside(cell, place, settings.standing_room + uncertainty), place) + NEAR + uncertainty
