@@ -125,3 +125,52 @@ def test_eight_robots_on_nine_places_move_on_by_one_place() -> None:
     )
     report = Simulation.of(scenario, 8, 1).run(limit=45.0)
     assert_clean(report)
+
+
+LONG, BAY = 102, (47, 8)  # squares of 0.5 m: a corridor 1.5 m wide, and a bay at its middle
+BAY_ROW = "#" * (BAY[0] + 1) + "." * BAY[1] + "#" * (LONG - sum(BAY) + 1)
+CORRIDOR = "\n".join(["#" * (LONG + 2), *[BAY_ROW] * 3, *["#" + "." * LONG + "#"] * 3, "#" * (LONG + 2)])
+
+
+@pytest.mark.long("two minutes of six robots")
+def test_robots_that_start_1_4_m_apart_in_a_corridor_own_a_cell_each() -> None:
+    """Their starts were taken, and two cells of 1.2 m had two owners before anybody moved."""
+    west, east = ([(x, 1.25) for x in row] for row in ((1.2, 2.6, 4.0), (50.8, 49.4, 48.0)))
+    scenario = scenario_of(
+        CORRIDOR,
+        map={"text": CORRIDOR, "cell": 0.5},
+        start={"poses": [*([*place, 0.0] for place in west), *([*place, 3.1] for place in east)]},
+        targets=[],
+        own_targets=[[place] for place in (*east, *west)],
+        robots=6,
+        return_home=False,
+    )
+    assert_clean(Simulation.of(scenario, 6, 1).run(limit=250.0))
+
+
+ROOMS = "\n".join(
+    [
+        "#" * 30,
+        *["#" + "." * (13 + free) + "#" * (1 - free) + "." * 14 + "#" for free in (0, 0, 1, 1, 1, 1, 0, 0)],
+        "#" * 30,
+    ]
+)
+
+
+@pytest.mark.long("a minute of six robots")
+def test_a_door_that_shuts_again_and_again_lets_all_through() -> None:
+    west, east = ([(x, y) for y in (1.0, 2.4, 3.8)] for x in (1.5, 13.3))
+    scenario = scenario_of(
+        ROOMS,
+        map={"text": ROOMS, "cell": 0.5},
+        start={"poses": [*([*place, 0.0] for place in west), *([*place, 3.1] for place in east)]},
+        targets=[],
+        own_targets=[[place] for place in (*east, *west)],
+        edits=[
+            {"at": 5.0 + 10.0 * number, "kind": ("wall", "free")[number % 2], "low": (7.0, 1.5), "high": (7.5, 3.5)}
+            for number in range(12)
+        ],
+        robots=6,
+        return_home=False,
+    )
+    assert_clean(Simulation.of(scenario, 6, 1).run(limit=120.0))
