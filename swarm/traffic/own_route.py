@@ -226,10 +226,12 @@ def cell_on_way(
 ) -> int:
     """Return the cell that counts as the body's on its way: the way's last one while it is beside it, at its place.
 
-    It may have left its way for the straight line to its place before it was in that cell, and is past all of it.
+    It may have left its way for the straight line to its place before it was in that cell, and is past all of it, if
+    the line needs no cell of the way that it would release.
     """
-    beside = body.cell in {*dock.wanted, *dock.kept}
-    if beside and is_docked(goal, dock, progress.reservations.held, body, cells, settings):
+    needed = {*dock.wanted, *dock.kept}
+    stay = {goal.cell, *needed, *body.touched}.intersection(progress.reservations.held)
+    if body.cell in needed and is_docked(goal, dock, stay, body, cells, settings):
         return progress.head
     return body.cell
 

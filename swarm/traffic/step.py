@@ -167,10 +167,10 @@ class Traffic:
         )
         needs = dock.kept if dock.owners else dock.wanted or dock.kept  # who waits for some of them keeps none
         room = list_room_cells(on_way, inputs.pose, inputs.sweeps, heard.fresh, heard.threats, cells) if asks else ()
-        if needs and not heard.threats:
-            room = needs
+        docking = () if heard.threats else needs
+        room = docking or room
         here = cell_on_way(self._goal, dock, on_way, body, cells, settings)
-        released = on_way.release_behind(body.touched, here, room, self._goal.stop_to_visit(wish))
+        released = on_way.release_behind(body.touched, here, room, self._goal.stop_to_visit(wish), docking)
         moved = tick if released.way_cell_count < on_way.way_cell_count else heard.moved
         occupied, off = self._sightings.occupied_cells(), inputs.uncertainty
         other_goal = self._goal.set_wish(wish.goal, released, body, cells, settings, occupied, off)

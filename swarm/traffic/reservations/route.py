@@ -137,12 +137,17 @@ class RouteProgress(NamedTuple):
         )
 
     def release_behind(
-        self, touched: Collection[int], body: int, room: Collection[int] = (), visits: int = OUTSIDE
+        self,
+        touched: Collection[int],
+        body: int,
+        room: Collection[int] = (),
+        visits: int = OUTSIDE,
+        docking: Collection[int] = (),
     ) -> "RouteProgress":
         """Release the cells behind the body, once the braking path is clear of them or they are held again further on.
 
         Cells beside the way stay while they are in ``room``. The cell that the robot still ``visits`` stays, and so do
-        those after it.
+        those after it. Cells of the way that it needs for ``docking`` stay as cells beside the way.
         """
         held = self.reservations.held
         place = self.body_index_before_visit(body, visits)
@@ -152,12 +157,17 @@ class RouteProgress(NamedTuple):
             index
             for index, cell in enumerate(held)
             if (index >= place and (self.steps[index] != BESIDE or index == place))
-            or ((cell in touched or (cell in room and self.steps[index] == BESIDE)) and cell not in held[index + 1 :])
+            or (
+                (cell in touched or cell in docking or (cell in room and self.steps[index] == BESIDE))
+                and cell not in held[index + 1 :]
+            )
         ]
-        if len(keep) == len(held):
+        steps = tuple([BESIDE if index < place and held[index] in docking else self.steps[index] for index in keep])
+        if len(keep) == len(held) and steps == self.steps:
             return self
-        reservations = self.reservations.keep_only(tuple(held[index] for index in keep))
-        return self._replace(reservations=reservations, steps=tuple(self.steps[index] for index in keep))
+        return self._replace(
+            reservations=self.reservations.keep_only(tuple(held[index] for index in keep)), steps=steps
+        )
 
     def on_new_floor(self, cells: CellMap, touched: Collection[int], body: int) -> "RouteProgress":
         """Return the progress on another floor: held cells stay as far as they are joined; all that is ahead is void.
