@@ -79,6 +79,7 @@ class PilotTuning(NamedTuple):
     settles_after: float = 60.0
     # rad; a robot that drives straight to its place turns on the spot if its heading is off by more
     docks_straight: float = 0.35
+    docks_near: float = 0.025  # m, how near to its place it stands
     docks_turning: float = 2.0  # 1/s, its turn for an error of its heading where the tables would turn away
     pulls_in: float = 0.1  # m from the middle of its cell, in a lane, where a robot drives straight to it until inside
     circle: float = 0.75  # track widths, the least radius of a circle that the tables drive round a place

@@ -85,7 +85,8 @@ class GoalCell:
         if wish is None:
             if self.wish is not None or self.cell == OUTSIDE:
                 self.cell = progress.head
-            self.dock = None  # it stays inside its cell
+            if dock is not None and (dock.cell != self.cell or not self._has_cells_of(dock, progress, cells, settings)):
+                self.dock = None  # it stays inside its cell; else it stays where it is, until others need that
         elif wish != self.wish or self.cell == OUTSIDE or self.way_out or not cells.stands[self.cell]:
             self.way_out = _way_out(progress, body, cells, settings.radius)
             cell = self.way_out[0] if self.way_out else cells.cell_of(*wish)
@@ -102,6 +103,10 @@ class GoalCell:
             changed = self._come_nearer(wish, progress, body, cells, settings, occupied, uncertainty)
         self.wish = wish
         return changed
+
+    def _has_cells_of(self, dock: Dock, progress: RouteProgress, cells: CellMap, settings: TrafficConstants) -> bool:
+        """Return True if the robot holds all cells that it needs at a dock."""
+        return {dock.cell, *dock.cells_beside(cells, settings)}.issubset(progress.reservations.held)
 
     def _come_nearer(
         self,
@@ -183,7 +188,12 @@ def cells_at_dock(
     if goal.leaves is not None:
         beside = goal.leaves.cells_beside(cells, settings, uncertainty)
         return DockCells(kept=tuple([cell for cell in beside if cell in held]))
-    if goal.dock is None or wish.goal != goal.wish or progress.head != goal.cell or goal.cell in progress.route:
+    if (
+        goal.dock is None
+        or wish.goal not in {None, goal.wish}
+        or progress.head != goal.cell
+        or goal.cell in progress.route
+    ):
         return DockCells()
     beside = goal.dock.cells_beside(cells, settings, uncertainty)
     if here != goal.cell and here not in beside:
@@ -194,7 +204,7 @@ def cells_at_dock(
         for cell in beside
         if cell not in held and has_reserved(record, cell) and (robot, cell) not in cleared
     }
-    if wish.done:
+    if wish.done or wish.goal is None:
         is_asked = any(not {goal.cell, *beside}.isdisjoint(record.ahead) for record in others.values())
         stays = set(beside) <= set(held) and not owners and not is_asked
         return DockCells(kept=beside if stays else (), drives=stays)

@@ -428,6 +428,23 @@ def test_the_cells_that_a_robot_needs_at_a_place_between_two_cells(name: str) ->
     assert cells_at_dock(goal, wished, progress, here, others, cleared, FLOOR.cells, EXACT, 0.0) == expected
 
 
+def test_a_robot_without_a_wish_stays_at_its_place_as_long_as_it_holds_what_it_needs_there() -> None:
+    goal, place = GoalCell(), near(A, dx=SIDE / 2 - 0.02)
+    body = Footprint(0, FLOOR.pose(B), B, frozenset({A, B}))
+    both, one = (
+        RouteProgress(Reservations(held), steps) for held, steps in (((B, A), (BESIDE, ALONE)), ((A,), (ALONE,)))
+    )
+    goal.set_wish(place, both, body, FLOOR.cells, EXACT)
+    assert goal.dock == Dock(place, A)
+    nowhere = Wish(None, (), done=True)
+    for others, kept in (({}, (B,)), ({"r2": replace(OTHER, ahead=(E, B))}, ())):
+        found = cells_at_dock(goal, nowhere, both, B, others, frozenset(), FLOOR.cells, EXACT, 0.0)
+        assert (found.kept, found.drives) == (kept, bool(kept))
+    for progress, dock in ((both, Dock(place, A)), (one, None), (both, None)):
+        goal.set_wish(None, progress, body, FLOOR.cells, EXACT)
+        assert (goal.cell, goal.dock) == (A, dock)
+
+
 def test_a_robot_drives_back_into_its_cell_before_it_goes_elsewhere() -> None:
     goal, place, then = GoalCell(), near(A, dx=SIDE / 2 - 0.02), near(D)
     progress = RouteProgress(Reservations((B, A)), (BESIDE, ALONE))

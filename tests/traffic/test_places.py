@@ -1,15 +1,15 @@
 """Missions to any free place, and halls that are two robots wide, in physics; the world's own watch checks them."""
 
 from dataclasses import replace
-from math import hypot
 from typing import Any
 
 import msgspec
 import pytest
 
-from benchmarks.floor import hall, mission_to_places
+from benchmarks.floor import find_rest, hall, load_scenario, mission_to_places
 from swarm.scenario.load import Scenario
-from swarm.settings import LocalisationSettings
+from swarm.scenario.prepare import settle_lattice
+from swarm.settings import LocalisationSettings, StartSettings
 from tests.shared import mostly_long, scenario_of
 from world.simulate import Simulation
 
@@ -33,16 +33,35 @@ def test_robots_come_to_any_free_place(paper: Scenario, robots: int, reach: floa
     assert_clean(Simulation.of(mission, robots, 1).run(limit=500.0))
 
 
-def test_a_robot_stands_on_its_place_to_3_cm(paper: Scenario) -> None:
-    for seed in range(3):
-        mission = mission_to_places(paper, 1, 1, 0.05, seed)
-        simulation = Simulation.of(mission, 1, 1)
-        assert_clean(simulation.run(limit=200.0))
-        for _ in range(60):
-            simulation.step()
-        x, y, _ = simulation.world.poses()[0]
-        (place,) = mission.settings.own_targets[0]
-        assert hypot(x - place[0], y - place[1]) <= 0.03
+# fmt: off
+RESTS: dict[str, tuple[str, int]] = {  # the scenario, and the seed that draws a place
+    "in the middle of a floor":                        ("paper", 0),
+    "over a cell of its way, which it needs there":    ("paper", 9626),
+    "within reach from inside its cell":               ("office", 9612),
+    "the robot then waits for orders":                 ("box", 9619),
+    "the same, and it came in beside its way":         ("box", 9613),
+}
+# fmt: on
+
+
+@pytest.mark.parametrize("name", RESTS)
+def test_a_robot_stands_on_its_place_to_3_cm_and_stays(name: str) -> None:
+    scenario, seed = RESTS[name]
+    assert find_rest(scenario, seed) <= 0.03
+
+
+def test_a_robot_that_leaves_its_way_for_the_straight_line_keeps_what_the_line_needs() -> None:
+    """It gave up the cell between the two that it had left, and drove round in them for ever."""
+    office = settle_lattice(load_scenario("office"))
+    settings = msgspec.structs.replace(
+        office.settings,
+        start=StartSettings(poses=[(13.968, 9.915, 0.0)]),
+        own_targets=[[(1.88, 7.796)]],
+        targets=[],
+        reach=0.05,
+        return_home=False,
+    )
+    assert_clean(Simulation.of(replace(office, settings=settings), 1, 1).run(limit=90.0))
 
 
 @pytest.mark.parametrize("width", [1.0, 1.2, 1.4, 1.6, 2.0])

@@ -226,7 +226,7 @@ class CellPilot:
         circles, target = nowhere > PILOT.nowhere_after, inputs.target
         within = distance_along(pose, granted.waypoints)
         sticks_out = within <= PILOT.pulls_in and self._aiming.sticks_out(pose, granted, self._room)
-        if (within <= NEAR and not sticks_out) or self._rests(inputs, granted):
+        if (within <= (PILOT.docks_near if granted.docks else NEAR) and not sticks_out) or self._rests(inputs, granted):
             if not self._turns_meanwhile(granted):
                 self._detour.end()
                 return Driven(STAND, heading, scale, drawn_to, circles, target)

@@ -16,6 +16,7 @@ from swarm.traffic.settings import NEAR, TrafficConstants
 
 STEP: Final = 0.05  # m, between two points of the way at which the body is tried
 CLEAR: Final = 0.04  # m, kept between the body and walls beside the way: 1 cm more than its safety filter keeps
+EXACT: Final = 0.05  # m; with such a reach or a smaller one a robot always drives straight to its place
 LEAST: Final = 0.03  # m, from where the robot stands: it is never quite in the middle of its cell
 
 
@@ -75,7 +76,7 @@ def find_dock(
     if here == OUTSIDE or settings.in_sight:
         return None
     gap = gap_to_place(cells, here, place, settings, uncertainty)
-    if cells.stands[here] and can_use(here) and gap <= settings.reach:
+    if cells.stands[here] and can_use(here) and gap <= settings.reach and settings.reach > EXACT:
         return None
     near = [cell for cell in cells.cells_around(here, 1) if cells.stands[cell] and can_use(cell)]
 

@@ -106,6 +106,10 @@ def test_room_that_was_granted_is_held_beside_the_way_as_long_as_it_is_asked_for
         "only cells beside the way are kept as room"
     )
     assert wide.release_behind({2}, 2).reservations.held == (2, 3)
+    docking = wide.release_behind({2}, 2, docking=(1,))
+    assert (docking.reservations.held, docking.steps) == ((1, 2, 3), (BESIDE, *wide.steps[-2:])), (
+        "at its place it needs 1"
+    )
 
 
 def test_a_cell_is_beside_the_way_if_it_is_next_to_a_held_cell_of_it() -> None:
