@@ -147,7 +147,8 @@ class RouteProgress(NamedTuple):
         """Release the cells behind the body, once the braking path is clear of them or they are held again further on.
 
         Cells beside the way stay while they are in ``room``. The cell that the robot still ``visits`` stays, and so do
-        those after it. Cells of the way that it needs for ``docking`` stay as cells beside the way.
+        those after it. Cells of the way that it needs for ``docking`` stay as cells beside the way; then so do those
+        from which no held way leads on, for it has left its way for the straight line.
         """
         held = self.reservations.held
         place = self.body_index_before_visit(body, visits)
@@ -162,7 +163,10 @@ class RouteProgress(NamedTuple):
                 and cell not in held[index + 1 :]
             )
         ]
-        steps = tuple([BESIDE if index < place and held[index] in docking else self.steps[index] for index in keep])
+        dropped = [index for index in range(place) if index not in keep and self.steps[index] != BESIDE]
+        lost = max(dropped, default=-1) if docking else -1
+        off_way = {index for index in keep if index < place and (index < lost or held[index] in docking)}
+        steps = tuple([BESIDE if index in off_way else self.steps[index] for index in keep])
         if len(keep) == len(held) and steps == self.steps:
             return self
         return self._replace(

@@ -106,6 +106,8 @@ def test_room_that_was_granted_is_held_beside_the_way_as_long_as_it_is_asked_for
         "only cells beside the way are kept as room"
     )
     assert wide.release_behind({2}, 2).reservations.held == (2, 3)
+    past = wide.release_behind({1}, 3, docking=(9,))
+    assert (past.reservations.held, past.steps[0]) == ((1, 3), BESIDE), "no held way leads on from 1"
     docking = wide.release_behind({2}, 2, docking=(1,))
     assert (docking.reservations.held, docking.steps) == ((1, 2, 3), (BESIDE, *wide.steps[-2:])), (
         "at its place it needs 1"
