@@ -85,8 +85,9 @@ class GoalCell:
         if wish is None:
             if self.wish is not None or self.cell == OUTSIDE:
                 self.cell = progress.head
-            if dock is not None and (dock.cell != self.cell or not self._has_cells_of(dock, progress, cells, settings)):
-                self.dock = None  # it stays inside its cell; else it stays where it is, until others need that
+            held = progress.reservations.held
+            if dock is None or dock.cell != self.cell or not dock.has_cells(held, cells, settings, uncertainty):
+                self.dock = None  # it stays inside its cell; else it stays at its place until others need that
         elif wish != self.wish or self.cell == OUTSIDE or self.way_out or not cells.stands[self.cell]:
             self.way_out = _way_out(progress, body, cells, settings.radius)
             cell = self.way_out[0] if self.way_out else cells.cell_of(*wish)
@@ -103,10 +104,6 @@ class GoalCell:
             changed = self._come_nearer(wish, progress, body, cells, settings, occupied, uncertainty)
         self.wish = wish
         return changed
-
-    def _has_cells_of(self, dock: Dock, progress: RouteProgress, cells: CellMap, settings: TrafficConstants) -> bool:
-        """Return True if the robot holds all cells that it needs at a dock."""
-        return {dock.cell, *dock.cells_beside(cells, settings)}.issubset(progress.reservations.held)
 
     def _come_nearer(
         self,

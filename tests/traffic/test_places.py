@@ -7,6 +7,7 @@ import msgspec
 import pytest
 
 from benchmarks.floor import find_rest, hall, load_scenario, mission_to_places
+from swarm.maps.occupancy import Point
 from swarm.scenario.load import Scenario
 from swarm.scenario.prepare import settle_lattice
 from swarm.settings import LocalisationSettings, StartSettings
@@ -111,19 +112,24 @@ HEAD_ON: dict[str, dict[str, object]] = {
 }
 
 
+def change_sides(text: str, west: list[Point], east: list[Point], **more: object) -> Scenario:
+    """Return robots at places [m] at both ends of a drawing in squares of 0.5 m; each drives to one of the other end."""
+    starts = [*([*place, 0.0] for place in west), *([*place, 3.1] for place in east)]
+    fields: dict[str, Any] = {
+        "map": {"text": text, "cell": 0.5},
+        "start": {"poses": starts},
+        "targets": [],
+        "own_targets": [[place] for place in (*east, *west)],
+        "robots": len(starts),
+        "return_home": False,
+    }
+    return scenario_of(text, **(fields | more))
+
+
 @pytest.mark.parametrize("size", HEAD_ON)
 def test_large_and_small_robots_pass_on_the_same_floor_and_come_to_rest(size: str) -> None:
     """The large ones drove round their places for a minute, in arcs that were wider than what was left of the way."""
-    scenario = scenario_of(
-        WIDE,
-        map={"text": WIDE, "cell": 0.5},
-        start={"poses": [[1.5, 1.7, 0.0], [13.0, 1.7, 3.1]]},
-        targets=[],
-        own_targets=[[[13.0, 1.7]], [[1.5, 1.7]]],
-        robots=2,
-        robot=HEAD_ON[size],
-        return_home=False,
-    )
+    scenario = change_sides(WIDE, [(1.5, 1.7)], [(13.0, 1.7)], robot=HEAD_ON[size])
     assert_clean(Simulation.of(scenario, 2, 1).run(limit=60.0))
 
 
@@ -155,15 +161,7 @@ CORRIDOR = "\n".join(["#" * (LONG + 2), *[BAY_ROW] * 3, *["#" + "." * LONG + "#"
 def test_robots_that_start_1_4_m_apart_in_a_corridor_own_a_cell_each() -> None:
     """Their starts were taken, and two cells of 1.2 m had two owners before anybody moved."""
     west, east = ([(x, 1.25) for x in row] for row in ((1.2, 2.6, 4.0), (50.8, 49.4, 48.0)))
-    scenario = scenario_of(
-        CORRIDOR,
-        map={"text": CORRIDOR, "cell": 0.5},
-        start={"poses": [*([*place, 0.0] for place in west), *([*place, 3.1] for place in east)]},
-        targets=[],
-        own_targets=[[place] for place in (*east, *west)],
-        robots=6,
-        return_home=False,
-    )
+    scenario = change_sides(CORRIDOR, west, east)
     assert_clean(Simulation.of(scenario, 6, 1).run(limit=250.0))
 
 
@@ -179,17 +177,10 @@ ROOMS = "\n".join(
 @pytest.mark.long("a minute of six robots")
 def test_a_door_that_shuts_again_and_again_lets_all_through() -> None:
     west, east = ([(x, y) for y in (1.0, 2.4, 3.8)] for x in (1.5, 13.3))
-    scenario = scenario_of(
-        ROOMS,
-        map={"text": ROOMS, "cell": 0.5},
-        start={"poses": [*([*place, 0.0] for place in west), *([*place, 3.1] for place in east)]},
-        targets=[],
-        own_targets=[[place] for place in (*east, *west)],
-        edits=[
-            {"at": 5.0 + 10.0 * number, "kind": ("wall", "free")[number % 2], "low": (7.0, 1.5), "high": (7.5, 3.5)}
-            for number in range(12)
-        ],
-        robots=6,
-        return_home=False,
-    )
-    assert_clean(Simulation.of(scenario, 6, 1).run(limit=120.0))
+    edits = [
+        {"at": 5.0 + 10.0 * number, "kind": ("wall", "free")[number % 2], "low": (7.0, 1.5), "high": (7.5, 3.5)}
+        for number in range(12)
+    ]
+    simulation = Simulation.of(change_sides(ROOMS, west, east, edits=edits), 6, 1)
+    assert_clean(simulation.run(limit=120.0))
+    assert simulation.world.bodies.edits >= 3, "it shut, opened and shut before all were through"

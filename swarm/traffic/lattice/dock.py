@@ -36,6 +36,12 @@ class Dock(NamedTuple):
         there = cells.swept_cells((self.place,), settings.standing_room + uncertainty)
         return tuple(sorted((way | there) - {self.cell, OUTSIDE}))
 
+    def has_cells(
+        self, held: Collection[int], cells: CellMap, settings: TrafficConstants, uncertainty: float = 0.0
+    ) -> bool:
+        """Return True if the ``held`` cells are all that a body needs here that may be off by ``uncertainty`` [m]."""
+        return {self.cell, *self.cells_beside(cells, settings, uncertainty)}.issubset(held)
+
     def is_straight(self, here: Point, held: Collection[int], cells: CellMap, settings: TrafficConstants) -> bool:
         """Return True if the straight line from a point [m] to the place stays in the ``held`` cells and off walls."""
         line = _points_between(here, self.place)
@@ -67,10 +73,9 @@ def find_dock(
 ) -> Dock | None:
     """Return from which cell a robot comes to a place [m]; None: from none, or it needs no other cell than its own.
 
-    The robot may be off by ``uncertainty`` [m].
-    The cell is one that it ``can_use`` and stand in, the place's own if possible, else the nearest around it from which
-    no wall is in the way. Where walls stop the radio there is no dock: who claims a cell there leans towards it first,
-    to be heard by all that could claim it too.
+    The robot may be off by ``uncertainty`` [m]. The cell is one that it ``can_use`` and stand in, the place's own if
+    possible, else the nearest around it from which no wall is in the way. Where walls stop the radio there is no dock:
+    who claims a cell there leans towards it first, to be heard by all that could claim it too.
     """
     here = cells.cell_of(*place)
     if here == OUTSIDE or settings.in_sight:

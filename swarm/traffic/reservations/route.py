@@ -163,10 +163,12 @@ class RouteProgress(NamedTuple):
                 and cell not in held[index + 1 :]
             )
         ]
-        dropped = [index for index in range(place) if index not in keep and self.steps[index] != BESIDE]
-        lost = max(dropped, default=-1) if docking else -1
-        off_way = {index for index in keep if index < place and (index < lost or held[index] in docking)}
-        steps = tuple([BESIDE if index in off_way else self.steps[index] for index in keep])
+        steps = tuple([self.steps[index] for index in keep])
+        if docking:
+            dropped = [index for index in range(place) if index not in keep and self.steps[index] != BESIDE]
+            lost = max(dropped, default=-1)
+            off_way = {index for index in keep if index < place and (index < lost or held[index] in docking)}
+            steps = tuple([BESIDE if index in off_way else self.steps[index] for index in keep])
         if len(keep) == len(held) and steps == self.steps:
             return self
         return self._replace(
