@@ -17,7 +17,7 @@ from swarm.traffic.peers.records import PeerRecords, TrafficNote
 from swarm.traffic.peers.sightings import has_reserved
 from swarm.traffic.peers.situation import Situation
 from swarm.traffic.reservations.claims import cells_back_to_way
-from swarm.traffic.reservations.route import VIEW, Footprint, RouteProgress
+from swarm.traffic.reservations.route import BESIDE, VIEW, Footprint, RouteProgress
 from swarm.traffic.reservations.rules import Acks, Reservations, acknowledgements
 from swarm.traffic.settings import TrafficConstants
 
@@ -117,10 +117,32 @@ def cells_ahead(result: StepResult, place: int) -> tuple[int, ...]:
 
     If no other robot is near, the cells of the route that are in view follow.
     """
-    ahead = result.progress.reservations.held[place:]
+    ahead = _way_from(result, place)
     if result.free_drive:
         ahead = (*ahead, *result.progress.route)[: 2 * VIEW + 1]
     return ahead[: ahead.index(result.goal.cell) + 1] if has_stop_ahead(result, ahead) else ahead
+
+
+def _way_from(result: StepResult, place: int) -> tuple[int, ...]:
+    """List the held cells of the way from the one at ``place`` on.
+
+    From a cell beside the way, it begins with the last cell of the way that shares a side with it: not with another
+    cell beside the way, from which the robot would only come back, nor with cells of the way that it has passed. The
+    cell of a stop that it has to visit is not passed over.
+    """
+    held, steps = result.progress.reservations.held[place:], result.progress.steps[place:]
+    if steps[0] != BESIDE:
+        return held
+    here, cells, visits = held[0], result.situation.cells, result.situation.stop_to_visit
+    way = [cell for cell, step in zip(held, steps, strict=True) if step != BESIDE]
+    last = way.index(visits) if visits in way else len(way)
+    first = max([at for at, cell in enumerate(way[: last + 1]) if _leads_into(here, cell, cells)], default=0)
+    return here, *way[first:]
+
+
+def _leads_into(here: int, cell: int, cells: CellMap) -> bool:
+    """Return True if a body gets from a cell into another one across a side that they share."""
+    return cell in cells.adjacent_cells(here) and cells.is_passable(here, cell)
 
 
 def has_stop_ahead(result: StepResult, ahead: Sequence[int]) -> bool:
@@ -134,7 +156,7 @@ def waypoints(
     """Return the points to drive to, in order [m]. ``alone`` are the held cells that no other robot holds too."""
     progress, goal, cells, spare = result.progress, result.goal, result.situation.cells, result.inputs.uncertainty
     back = [cell for cell in cells_back_to_way(progress, ahead[0], cells) if cell in progress.reservations.held]
-    if result.goal.leaves is not None:
+    if back and (result.goal.leaves is not None or (len(ahead) > 1 and _leads_into(ahead[0], ahead[1], cells))):
         back = []
     points = [cells.centre(cell) for cell in (ahead[0], *back[:1], *ahead[1:])]
     if ahead[0] not in alone:  # another robot is in this cell too: do not drive to its middle

@@ -21,7 +21,7 @@ from swarm.traffic.outputs import (
 )
 from swarm.traffic.own_route import GoalCell
 from swarm.traffic.peers.situation import Situation
-from swarm.traffic.reservations.route import ALONE, Footprint, RouteProgress
+from swarm.traffic.reservations.route import ALONE, BESIDE, Footprint, RouteProgress
 from swarm.traffic.reservations.rules import Reservations
 from swarm.traffic.settings import TrafficConstants
 from tests.traffic.maps import Drawn
@@ -237,3 +237,25 @@ def test_claims_of_others_are_acknowledged_if_they_may_ask_this_robot() -> None:
     for off, answered in ((asks + SLACK - 0.01, True), (asks + SLACK + 0.01, False)):
         far = {"r2": replace(others["r2"], x=pose.x + off, y=pose.y)}
         assert bool(acks(free, far)) is answered, "its newest record may be a little old, but not so much"
+
+
+def test_from_beside_its_way_a_robot_drives_into_the_way_and_to_no_other_cell_beside_it() -> None:
+    """It drove from each of two such cells to the middle of the other one, for minutes, and all waited for it."""
+    two = Drawn("abcd", "efgh")
+    cells = {name: two.at(name)[0] for name in "abcdefgh"}
+
+    def way_from(here: str) -> str:
+        held, steps = ("f", "g", "c", "b", "a"), (BESIDE, BESIDE, ALONE, ALONE, ALONE)
+        way = RouteProgress(Reservations(tuple(cells[name] for name in held)), steps, ())
+        decisions = doing("a", "", "h", progress=way)
+        decisions = decisions._replace(situation=decisions.situation._replace(cells=two.cells))
+        names = {cell: name for name, cell in cells.items()}
+        return "".join(names[cell] for cell in cells_ahead(decisions, held.index(here)))
+
+    assert way_from("f") == "fba", "not over g, nor back to c"
+    assert way_from("g") == "gcba"
+    assert way_from("b") == "ba"
+    around = doing("a", "", "h", progress=RouteProgress(Reservations((cells["f"], cells["b"])), (BESIDE, ALONE), ()))
+    around = around._replace(situation=around.situation._replace(cells=two.cells))
+    f, b = two.points("fb")
+    assert list(waypoints(around, (cells["f"], cells["b"]), (cells["f"], cells["b"]), SETTINGS)) == [f, b]
