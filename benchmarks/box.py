@@ -35,7 +35,8 @@ from swarm.bus import Bus, Endpoint
 from swarm.fuzzy import load_profile
 from swarm.maps.text import from_text
 from swarm.messages import CLOCK, EVENT, MAP, PLAN, STATE, TRUTH, Clock, Map, Message, Phase, Sense, Topic
-from swarm.robot.brain import Inputs, Outputs, Robot
+from swarm.robot.brain import Inputs, Robot
+from swarm.robot.outputs import Outputs
 from swarm.scenario.load import Scenario, check_values
 from tests.dashboard.browsing import LACKS, PROGRAM, browser
 from world.simulate import Simulation, Tick

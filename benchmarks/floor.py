@@ -29,6 +29,7 @@ from swarm.scenario.prepare import prepare, settle_lattice
 from swarm.settings import LocalisationSettings
 from swarm.storm.plans.rooms import CLEAR, draw_places
 from swarm.traffic.lattice.placement import cells_of, gap_to_stop
+from world.bodies.roster import Roster
 from world.simulate import Simulation
 from world.tasks.reachable import Reachable
 
@@ -166,12 +167,12 @@ def find_rest(name: str, seed: int) -> float:
 
 def count_refused(name: str, reach: float, seed: int) -> tuple[int, int]:
     """Return how many of the places are refused as a stop, and how many no robot reaches inside one cell."""
-    scenario, _, starts = prepare(load_scenario(name), 1, seed)
+    scenario, starts = prepare(load_scenario(name), 1, seed)
     settings = msgspec.structs.replace(scenario.settings, reach=reach)
     cells, floor = cells_of(scenario.map, settings), scenario.map
     places = free_places(floor, settings.robot.radius, PLACES, seed)
-    stops = Reachable(settings, floor, cells)
-    refused = sum(bool(stops.wrong("r1", starts[0][:2], place)) for place in places)
+    stops = Reachable(Roster(scenario.with_settings(settings), ["r1"]), floor)
+    refused = sum(bool(stops.wrong(0, starts[0][:2], place)) for place in places)
     return refused, sum(gap_to_stop(cells, place, settings) > reach for place in places)
 
 

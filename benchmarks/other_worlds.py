@@ -192,8 +192,8 @@ def judge(seed: int) -> Judged | None:
     try:
         settings = check_values(drawn.raw, "other worlds")
         scenario = Scenario(settings, from_text(drawn.raw["map"]["text"], drawn.side), load_profile("paper"))
-        check(scenario, settings.robots, seed)
-        simulation = Simulation.of(scenario, settings.robots, seed, drawn.faults)
+        check(scenario, settings.count, seed)
+        simulation = Simulation.of(scenario, settings.count, seed, drawn.faults)
     except SwarmError as refused:
         return Judged(seed, False, (), str(refused))
     world, track, others, named = simulation.world, [], [], set[str | None]()

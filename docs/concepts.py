@@ -20,7 +20,7 @@ from swarm.maps.occupancy import Point
 from swarm.messages.traffic import JointPlan, Record
 from swarm.planning.path import plan
 from swarm.scenario.load import Scenario, load
-from swarm.scenario.prepare import prepare, settle_lattice
+from swarm.scenario.prepare import planning_grid, prepare, settle_lattice
 from swarm.settings import RadioSettings, StartSettings
 from swarm.traffic.lattice.cell_map import CellMap
 from swarm.traffic.lattice.placement import cells_of
@@ -118,7 +118,8 @@ def _heard(moment: Tick, rows: Mapping[str, int], x: float, wide: float) -> list
 
 def target() -> str:
     """Draw the targets of the paper's mission and the paths that A* finds between them."""
-    scenario, grid, starts = prepare(load(SCENARIOS / "paper.yaml"), 1, SEED)
+    scenario, starts = prepare(load(SCENARIOS / "paper.yaml"), 1, SEED)
+    grid = planning_grid(scenario)
     settings, floor = scenario.settings, scenario.map
     here: Point = starts[0][:2]
     stops = scenario.stops(0, here)
@@ -141,7 +142,7 @@ def _corner(shape: tuple[int, int], resolution: float) -> Point:
 
 def cell() -> str:
     """Draw the lattice of the paper's floor: cells a robot can stand in, and which are joined."""
-    scenario, _, starts = prepare(load(SCENARIOS / "paper.yaml"), 1, SEED)
+    scenario, starts = prepare(load(SCENARIOS / "paper.yaml"), 1, SEED)
     settings, floor = scenario.settings, scenario.map
     cells = cells_of(floor, settings)
     sheet = Sheet("The cells of the paper's floor", (0.0, 0.0), _corner(floor.shape, floor.resolution), 20)
@@ -279,7 +280,7 @@ def radio() -> str:
     model = RadioSettings(range=settings.radio.range, loss=0.3, line_of_sight=True)
     poses = [Pose(*pose) for pose in settings.start.poses or ()]
     poses += [Pose(*stops[0], 0.0) for stops in settings.own_targets]
-    physics = Physics(scenario.map, settings.robot.radius, poses, 1.0, 0.05)
+    physics = Physics(scenario.map, [settings.robot.radius] * len(poses), poses, [1.0] * len(poses), 0.05)
     spoken = [(number, 0) for number in range(len(poses))]
     hears = {sender for sender, _ in RadioModel(model, SEED, physics.sees).hears(poses, spoken)[LISTENER]}
     here = poses[LISTENER]

@@ -12,6 +12,8 @@ MOST_ROBOTS: Final = 1000  # of a fleet
 TAPE: Final = ".swarm"  # the ending of a tape's file
 BAG: Final = ".mcap"  # the ending of a bag of ROS 2
 PAPER_TOP_SPEED: Final = 4.0  # m/s, the fastest rim speed of the paper's tables
+Name = Annotated[str, Meta(pattern=r"^[A-Za-z0-9_.:-]{1,64}\Z", description="letters, digits and _ . : -")]
+HowMany = Annotated[int, Meta(ge=1, le=MOST_ROBOTS)]
 Metres = Annotated[float, Meta(ge=-1e5, le=1e5)]
 Coordinates = tuple[Metres, Metres]
 Pace = float | Literal["max"]  # a run's speed: times real time, or lockstep as fast as the machine allows
@@ -54,16 +56,23 @@ class StartSettings(Section, frozen=True, kw_only=True):
     ) = None
 
 
+Radius = Annotated[float, _metres(0.01, 5, "of its round footprint")]
+TrackWidth = Annotated[float, _metres(0.01, 5, "between the two wheels' contact points")]
+WheelAcceleration = Annotated[float, Meta(gt=0, le=100, description="m/s2; largest change of a rim speed")]
+SpeedScale = Annotated[float, Meta(gt=0, le=1, description="share of the paper's wheel speeds (0..4 m/s)")]
+DistanceScale = Annotated[
+    float, Meta(ge=0.05, le=10, description="the fuzzy controller gets the sensed distances divided by this")
+]
+
+
 class RobotSettings(Section, frozen=True, kw_only=True):
     """The robot's body and wheels."""
 
-    radius: Annotated[float, _metres(0.01, 5, "of its round footprint")] = 0.2
-    track_width: Annotated[float, _metres(0.01, 5, "between the two wheels' contact points")] = 0.4
-    wheel_acceleration: Annotated[float, Meta(gt=0, le=100, description="m/s2; largest change of a rim speed")] = 2.0
-    speed_scale: Annotated[float, Meta(gt=0, le=1, description="share of the paper's wheel speeds (0..4 m/s)")] = 0.4
-    distance_scale: Annotated[
-        float, Meta(ge=0.05, le=10, description="the fuzzy controller gets the sensed distances divided by this")
-    ] = 1.0
+    radius: Radius = 0.2
+    track_width: TrackWidth = 0.4
+    wheel_acceleration: WheelAcceleration = 2.0
+    speed_scale: SpeedScale = 0.4
+    distance_scale: DistanceScale = 1.0
 
     @property
     def top_speed(self) -> float:
@@ -81,6 +90,23 @@ class SensorSettings(Section, frozen=True, kw_only=True):
     front_half_width_deg: Annotated[float, Meta(ge=0, le=90, description="degrees")] = 25.0
     noise: Annotated[float, Meta(ge=0, le=1, description="m; standard deviation of a distance")] = 0.0
     bearing_noise_deg: Annotated[float, Meta(ge=0, le=45, description="degrees; standard deviation of a bearing")] = 0.0
+
+
+class KindSettings(Section, frozen=True, kw_only=True):
+    """What robots of one kind have of their own; what is left out is the scenario's: `robot`, `sensors` and so on."""
+
+    radius: Radius | None = None
+    track_width: TrackWidth | None = None
+    wheel_acceleration: WheelAcceleration | None = None
+    speed_scale: SpeedScale | None = None
+    distance_scale: DistanceScale | None = None
+    sensors: Annotated[SensorSettings | None, Meta(description="what differs from the scenario's `sensors`")] = None
+    controller: Annotated[str | None, Meta(description="a fuzzy profile, as the scenario's `controller`")] = None
+    start: Annotated[StartSettings | None, Meta(description="`area` or `poses`, as the scenario's `start`")] = None
+    targets: (
+        Annotated[list[Coordinates], Meta(max_length=1000, description="m; each robot of the kind visits all in order")]
+        | None
+    ) = None
 
 
 class JumpSettings(Section, frozen=True, kw_only=True):
@@ -159,7 +185,8 @@ class OrderSettings(Section, frozen=True, kw_only=True):
         list[Annotated[float, Meta(ge=-pi, le=pi)] | None],
         Meta(max_length=1000, description="rad; for each target, the yaw to turn to there; null or none: any"),
     ] = []
-    do: Annotated[Literal["stop", "go_on", "home", "cancel"], Meta(description="an action")] | None = None
+    do: Annotated[Literal["stop", "go_on", "home", "cancel", "load"], Meta(description="an action")] | None = None
+    radius: Annotated[Radius | None, Meta(description="m; with `do: load`, of the footprint from then on")] = None
     id: Annotated[str, Meta(pattern=r"^[A-Za-z0-9_.:-]{1,64}\Z", description="name of the order")] = "scenario"
     update: Annotated[int, Meta(ge=0, le=2**53, description="version of the order")] = 0
 
@@ -167,7 +194,7 @@ class OrderSettings(Section, frozen=True, kw_only=True):
 class Settings(Section, frozen=True, kw_only=True):
     """The top level of a scenario file."""
 
-    name: Annotated[str, Meta(pattern=r"^[A-Za-z0-9_.:-]{1,64}\Z", description="letters, digits and _ . : -")]
+    name: Name
     map: MapSettings
     start: StartSettings
     targets: Annotated[list[Coordinates], Meta(max_length=1000, description="m; each robot visits all in order")] = []
@@ -186,7 +213,13 @@ class Settings(Section, frozen=True, kw_only=True):
         bool, Meta(description="a robot takes up a target that it gave up when an edit or a learned map opens a way")
     ] = True
     reach: Annotated[float, _metres(0, 10, "a target counts as reached within this distance")] = 0.4
-    robots: Annotated[int, Meta(ge=1, le=MOST_ROBOTS, description="number of robots; `--robots` overrides it")] = 1
+    kinds: Annotated[
+        dict[Name, KindSettings], Meta(max_length=16, description="robots unlike each other, by name")
+    ] = {}
+    robots: Annotated[
+        HowMany | dict[Name, HowMany],
+        Meta(description="number of robots, or how many of each kind; `--robots` overrides it"),
+    ] = 1
     seed: Annotated[int, Meta(ge=0, le=2**53, description="of the random starts, noise and radio loss")] = 1
     limit: Annotated[float, Meta(gt=0, le=1e6, description="s; simulated time after which the run is given up")] = 600.0
     rate: Annotated[float, Meta(ge=1, le=1000, description="Hz; control steps per second")] = 20.0
@@ -202,3 +235,8 @@ class Settings(Section, frozen=True, kw_only=True):
     edits: Annotated[list[EditSettings], Meta(max_length=200, description="changes of the map during the run")] = []
     orders: Annotated[list[OrderSettings], Meta(max_length=1000, description="requests during the run")] = []
     pool: Annotated[list[Coordinates], Meta(max_length=1000, description="m; any robot that is free visits them")] = []
+
+    @property
+    def count(self) -> int:
+        """The number of robots."""
+        return self.robots if isinstance(self.robots, int) else sum(self.robots.values())

@@ -115,7 +115,7 @@ def test_the_scenario_on_its_page_is_one(tmp_path: Path) -> None:
     (block,) = blocks("scenarios.md", "yaml")
     (tmp_path / "small.yaml").write_text(block, encoding="utf-8")
     scenario = load(tmp_path / "small.yaml")
-    assert check(scenario, scenario.settings.robots, scenario.settings.seed).scenario.settings.name == "small"
+    assert check(scenario, scenario.settings.count, scenario.settings.seed).scenario.settings.name == "small"
 
 
 def test_the_python_of_the_pages_runs(capsys: pytest.CaptureFixture[str]) -> None:

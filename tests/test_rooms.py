@@ -32,6 +32,7 @@ ORDER: Final = (
     "swarm.fingerprint",
     "swarm.garbage",
     "swarm.settings",
+    "swarm.kinds",
     "swarm.messages",
     "swarm.secure",
     "swarm.bus",

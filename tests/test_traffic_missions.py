@@ -84,7 +84,7 @@ def test_a_wall_put_up_while_running_moves_no_cell() -> None:
 @pytest.mark.parametrize("name", ["tree", "corners", "tunnel", "string"])
 def test_the_hard_cases_complete(name: str) -> None:
     scenario = from_benchmark(HARD / f"{name}.map", HARD / f"{name}.scen", None)
-    assert_clean(run(scenario, scenario.settings.robots, limit=900.0))
+    assert_clean(run(scenario, scenario.settings.count, limit=900.0))
 
 
 def test_more_robots_than_rows_are_refused(tmp_path: Path) -> None:

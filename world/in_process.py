@@ -3,7 +3,6 @@
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 
-from swarm.fuzzy import Controller
 from swarm.geometry import Pose
 from swarm.messages import Broadcast, Command, Event
 from swarm.robot.brain import Robot
@@ -20,7 +19,6 @@ class InProcess:
 
     world: World
     scenario: Scenario  # with the floor that it began with
-    controller: Controller
     last: LastMessages = field(default_factory=LastMessages)
     broadcasts: dict[Sent, Broadcast] = field(default_factory=dict)  # of this run, those that may still be heard
 
@@ -28,13 +26,17 @@ class InProcess:
         """Return the scenario with the floor as it is."""
         return replace(self.scenario, map=self.world.bodies.floor)
 
+    def scenario_of(self, name: str) -> Scenario:
+        """Return the scenario as it is for a robot, with the floor as it is."""
+        return self.world.roster.scenario_on(self.world.bodies.floor, self.world.number(name))
+
     def new_robot(self, name: str) -> Robot:
         """Return a robot whose process begins on the floor as it is, without any memory."""
-        world = self.world
-        start = Pose(*world.starts[world.number(name)])
+        world, number = self.world, self.world.number(name)
         return Robot(
-            name, number_of(name), self.scenario_on_floor(), start, None, self.controller, edits=world.bodies.edits
-        )
+            name, number_of(name), self.scenario_of(name), Pose(*world.starts[number]), None,
+            world.roster.controller(number), edits=world.bodies.edits,
+        )  # fmt: skip
 
     def welcome_robot(self, name: str) -> Robot:
         """Return a robot whose process joins the run now, with the world's record of its progress."""

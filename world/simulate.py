@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 
 from msgspec.structs import replace as changed
 
-from swarm.fuzzy import Controller
 from swarm.messages import Broadcast, Command, Event, Places, Sense
 from swarm.robot.brain import Inputs, Robot
 from swarm.scenario.load import Scenario
@@ -52,15 +51,16 @@ class Simulation(InProcess):
     @classmethod
     def of(cls, scenario: Scenario, robots: int, seed: int, faults: Faults | None = None) -> "Simulation":
         """Return a simulation with all robots at the starts that the seed draws; ``faults`` will happen in it."""
-        scenario, grid, poses = prepare(scenario, robots, seed)
-        controller = Controller(scenario.profile)
+        scenario, poses = prepare(scenario, robots, seed)
         world = World(scenario, poses, seed)
+        roster = world.roster
         brains = [
-            Robot(name, number, scenario, pose, grid, controller)
+            Robot(name, number, own, pose, planning_grid(own), roster.controller(number))
             for number, (name, pose) in enumerate(zip(world.robots, poses, strict=True))
+            for own in [roster.scenario(number)]
         ]
         drill = Drill(faults or Faults(), seed, world.dt)
-        return cls(world=world, scenario=scenario, controller=controller, robots=brains, seed=seed, drill=drill)
+        return cls(world=world, scenario=scenario, robots=brains, seed=seed, drill=drill)
 
     def step(self) -> Tick:
         """Run one tick: the robots sense, decide and answer, and the world moves."""
@@ -109,7 +109,7 @@ class Simulation(InProcess):
             self._away.discard(name)
             robot = self.robots[number] = self.welcome_robot(name)
         elif robot.has_missed_edits(sense):
-            robot.take_map(self.scenario_on_floor(), self.world.bodies.edits)
+            robot.take_map(self.scenario_of(name), self.world.bodies.edits)
         return robot
 
     def run(
@@ -131,7 +131,7 @@ class Simulation(InProcess):
         """Return the report of the run so far; ``limit`` [simulated s] is what ended it if it is not finished."""
         world, edited = self.world, self.scenario_on_floor()
         return report(
-            world, shortest_lengths(world, planning_grid(edited)), scenario=edited.settings.name, seed=self.seed,
+            world, shortest_lengths(world), scenario=edited.settings.name, seed=self.seed,
             robots_per_process=len(self.robots), pace="max", wall_time=wall_time, late_commands=0, tick_wall=None,
             reason=missing(world) if world.is_finished else f"time limit of {limit:g} s; {missing(world)}",
         )  # fmt: skip

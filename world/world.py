@@ -13,16 +13,18 @@ import numpy as np
 from swarm.errors import ConfigError, PeerError
 from swarm.geometry import Pose
 from swarm.maps.occupancy import Point
-from swarm.messages import Accepted, Command, Edit, Event, Order, Places, PoolTargets, RobotAction, Sense
+from swarm.messages import Accepted, Command, Edit, Event, Order, Places, PoolTargets, RobotAction, RobotDo, Sense
 from swarm.messages.short_ids import long_id, shorten_ids
 from swarm.scenario.load import Scenario
 from swarm.scenario.starts import later_name, robot_names
 from world.bodies.bodies import Bodies, BodiesState
 from world.bodies.event_line import EventLine
 from world.bodies.radio_model import RadioModel
+from world.bodies.roster import Roster
 from world.measure.measures import Measures
 from world.measure.progress import STALLED
 from world.measure.state import MeasuresState
+from world.tasks.loads import change_load
 from world.tasks.places import Book
 from world.tasks.reachable import Reachable
 from world.tasks.schedule import as_edit, as_request
@@ -59,16 +61,17 @@ class World:
         self.dt = 1.0 / self.settings.rate
         self._first = len(starts)  # robots of the scenario
         self._number = {name: number for number, name in enumerate(self.robots)}
-        places = places or Book(starts=[], requests={})
+        places = places or Book(starts=[], kinds=[], requests={})
         stops = [scenario.stops(number, (start.x, start.y)) for number, start in enumerate(starts)]
         numbers = {name: self._number[name] for name in external}
-        self.bodies = Bodies(scenario, starts, [len(row) for row in stops], seed, numbers, edits, self.robots)
-        self.measures = Measures(scenario, starts, self.robots)
-        self.tasks = Tasks(scenario, starts, stops, self.robots, self.measures.recorder, places)
+        self.roster = Roster(scenario, self.robots)
+        self.bodies = Bodies(scenario, starts, [len(row) for row in stops], seed, numbers, edits, self.roster)
+        self.measures = Measures(scenario, starts, self.roster)
+        self.tasks = Tasks(scenario, starts, stops, self.roster, self.measures.recorder, places)
         self.radio = RadioModel(self.settings.radio, seed, self.bodies.physics.sees)
         self._heard: list[list[tuple[str, int]]] = [[] for _ in starts]  # robot and tick of what each hears
-        for start in places.starts:
-            self.add_robot(start)
+        for start, kind in zip(places.starts, places.kinds, strict=True):
+            self.add_robot(start, kind)
         self.measures.recorder.poses(self.starts.copy())
         self.bodies.measure()
 
@@ -106,7 +109,7 @@ class World:
     @property
     def plans_matter(self) -> bool:
         """True if a request or errand waits, or an edit that may open a way to a stop given up does, or was lately."""
-        return self.tasks.plans_matter(self.bodies.recent_edits, self.poses(), self.measures.cells, self.tick)
+        return self.tasks.plans_matter(self.bodies.recent_edits, self.poses(), self.bodies.floor, self.tick)
 
     @property
     def is_finished(self) -> bool:
@@ -148,6 +151,7 @@ class World:
                 assigned=missions.to_tell(number, self.tasks.commands[number]), stopped=missions.is_stopped(number),
                 pose_error=pose_error, yaw_error=yaw_error,
                 counted=missions.counted_stops(number) if pose_error or yaw_error else None,
+                radius=self.roster.loads.get(number),
             )  # fmt: skip
         return found
 
@@ -170,7 +174,7 @@ class World:
         said = measures.record(moved, in_force, tasks.commands)
         stalled = measures.record_stalls(self.time, moved, tasks.missions.under_way)
         said += [self._stall(number, moved.poses) for number in stalled]
-        handed = tasks.hand_out(moved.poses, measures.cells, measures.progress.standing(self.time), self.tick)
+        handed = tasks.hand_out(moved.poses, bodies.floor, measures.progress.standing(self.time), self.tick)
         if handed:
             measures.verdict.clear()
         self.due = bool(arrived or handed) or self.tick % round(self.settings.rate) == 0
@@ -259,6 +263,8 @@ class World:
         if name not in self._number:
             raise PeerError(f"expected one of {', '.join(self.robots)}, got {name!r}; the fleet has no such robot")
         number = self._number[name]
+        if isinstance(request, RobotAction) and request.do is RobotDo.LOAD:
+            return self._load(number, request)
         outcome = self.tasks.request(number, request, self.poses()[number], self._reachable)
         if outcome.changed:
             self.measures.begin(number, self.time)
@@ -266,17 +272,28 @@ class World:
         answer = Accepted(text=outcome.text, number=outcome.number, run=None if outcome.number is None else self.run)
         return answer, [self.event(kind, text, name) for kind, text in outcome.events]
 
+    def _load(self, number: int, request: RobotAction) -> tuple[Accepted, list[Event]]:
+        """Give a robot a load, or take it away; for the result and errors see ``request``."""
+        name, bodies, held = self.robots[number], self.bodies, [command.held for command in self.tasks.commands]
+        change = change_load(number, request.radius, self.roster, bodies.floor, self.poses(), bodies.wheels, held)
+        if change.changed:
+            bodies.load(number, change.radius, self.tick)
+            self.measures.take_load(number, request, self.time)
+            self.due = True
+        events = [self.event("load", change.text, name)] if change.changed else []
+        return Accepted(text=f"{name} {change.text}"), events
+
     @property
     def _reachable(self) -> Reachable:
-        return Reachable(self.settings, self.bodies.floor, self.measures.cells)
+        return Reachable(self.roster, self.bodies.floor)
 
     def open_places(self, request: Places) -> tuple[Accepted, list[Event]]:
         """Open places for more robots and put bodies there; for the result and errors see ``request``."""
         book, events = self.tasks.places, list[Event]()
         if (opened := book.known_request(request)) is None:
-            free = self.tasks.spots(self.starts, self.bodies, self.measures.cells, self.time)
+            free = self.tasks.spots(self.starts, self.bodies, self._kind_to_add(request), self.time)
             starts = free.starts(request, len(self.robots))
-            opened = book.enter(request, starts, [self.add_robot(start) for start in starts])
+            opened = book.enter(request, starts, [self.add_robot(start, request.kind) for start in starts])
             self.measures.recorder.request(len(self.robots), request)
             self.bodies.measure()
             self.due = True
@@ -285,11 +302,23 @@ class World:
             events = [self.event("place", text.format(*start), name) for name, start in placed]
         return Accepted(text=opened.text, robots=opened.robots), events
 
-    def add_robot(self, start: Pose) -> str:
-        """Put one more robot on the floor, without stops; return its name."""
+    def _kind_to_add(self, request: Places) -> str:
+        """Return the kind of robots that places are asked for.
+
+        Raises:
+            PeerError: the fleet has kinds, and the request names none of them; or it has none.
+        """
+        kinds = self.settings.kinds
+        if (request.kind and request.kind not in kinds) or (kinds and not request.kind):
+            known = ", ".join(kinds) or "none, the fleet has one kind of robots"
+            raise PeerError(f"places {request.id}: kind: expected {known}, got {request.kind or 'none'}; correct it")
+        return request.kind
+
+    def add_robot(self, start: Pose, kind: str) -> str:
+        """Put one more robot of a kind on the floor, without stops; return its name."""
         name = later_name(len(self.robots), self._first)
         self._number = self._number | {name: len(self.robots)}
-        self.robots.append(name)
+        self.roster.add(name, kind)
         self.starts.append(start)
         self._heard.append([])
         self.bodies.add_robot(start)
@@ -303,7 +332,7 @@ class World:
         Raises:
             ConfigError: the edit is outside the map, or a robot stands there or could not stop before it.
         """
-        if not self.bodies.edit(edit, self.robots, self.tick, sensed=sensed):
+        if not self.bodies.edit(edit, self.tick, sensed=sensed):
             return False
         self.measures.set_floor(self.bodies.floor)
         self.tasks.pool.offer_all_again()

@@ -82,8 +82,11 @@ def rays() -> Json:
     every = [angle for sector in sectors(sensors) for angle in sector]
     solid, nothing = np.ascontiguousarray(floor.cells != 0).astype(np.uint8), np.zeros((0, 5))
     for pose in (Pose(1.0, 1.2, 3.0), Pose(6.0, 5.0, 0.0), Pose(9.2, 6.3, 1.0), Pose(3.0, 3.0, -2.0)):
-        alone = np.array([pose.yaw]), np.array([[pose.x, pose.y, radius]]), nothing
-        measured = cast_all(solid, floor.resolution, *floor.origin, *alone, np.array(every), radius, sensors.range)
+        yaws, discs = np.array([pose.yaw]), np.array([[pose.x, pose.y, radius]])
+        me = np.zeros(1, np.int64)
+        measured = cast_all(
+            solid, floor.resolution, *floor.origin, me, yaws, discs, nothing, np.array(every), sensors.range
+        )
         lengths = measured[0].tolist()
         ends = [
             [round(at + (radius + length) * along(pose.yaw + angle), 6) for at, along in ((pose.x, cos), (pose.y, sin))]

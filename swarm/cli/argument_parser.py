@@ -153,6 +153,17 @@ def endpoint(place: str | None, keys: Path | None, member: str) -> "Endpoint":
     return Endpoint.parse(place or f"{'tcp' if keys is None else 'tls'}/{DEFAULT_PLACE}", keys, member)
 
 
+def robots_of(text: str) -> int | dict[str, int]:
+    """Read a number of robots, or how many of each kind, such as ``scout=6,cart=2``.
+
+    Raises:
+        ConfigError: the text is neither.
+    """
+    from swarm.kinds import parse_mix
+
+    return parse_mix(text)
+
+
 def pace(text: str) -> Pace:
     """Read ``realtime``, ``max`` (lockstep) or a speed-up factor.
 

@@ -20,7 +20,7 @@ ROOMS: Final = (
 GROUPS: Final[dict[str, tuple[str, ...]]] = {  # heading: the commands under it in `swarm --help`; each has one place
     "launch a fleet": ("run", "box", "keys", "router", "world", "robot"),
     "steer it": ("go", "pause", "resume", "restart", "stop", "setup", "edit", "add-robots"),
-    "give its robots orders": ("order", "pool", "go-on", "home", "cancel"),
+    "give its robots orders": ("order", "pool", "go-on", "home", "cancel", "load"),
     "look at it": ("status", "watch", "logs", "ls", "topics", "echo", "hz"),
     "connect it to others": ("bridge",),
     "paths, rules and recorded runs": ("replay", "why", "open", "diff", "plan", "explain", "analyze"),

@@ -17,6 +17,7 @@ from dashboard.terminal import FOLLOWED, Terminal, print_wrapped
 from swarm.bus import Bus, Endpoint, Request
 from swarm.errors import ConfigError, SwarmError
 from swarm.installation import hint_for_extra
+from swarm.kinds import list_kinds
 from swarm.launch.fleet_registry import CARD, Listing, default_fleet_name, register_fleet
 from swarm.launch.options import Options, check_output, ready
 from swarm.launch.output import Output
@@ -158,6 +159,7 @@ def _watch(
         home=processes.options.scenario.settings.return_home,
         quiet=processes.options.quiet,
         held=processes.options.wait,
+        kinds=_kinds_of(processes.options),
     )
     say = partial(print_wrapped, console)
     bus: Bus | None = None
@@ -192,6 +194,12 @@ def _watch(
     return "interrupted"
 
 
+def _kinds_of(options: Options) -> dict[str, str]:
+    """Return the kind of each robot by name; none in a fleet without kinds."""
+    settings = options.scenario.settings
+    return dict(zip(robot_names(options.robots), list_kinds(settings), strict=True)) if settings.kinds else {}
+
+
 def _follow(bus: Bus, processes: Processes) -> None:
     """Listen to all that the terminal shows, and to set-ups; with keys nobody may answer those."""
     bus.watch_presence()
@@ -216,7 +224,7 @@ def _set_up(
     say(f"another set-up: {scenario.name}, {in_words(another.options.robots)}; the fleet starts again")
     processes.start_again(another.options, another.run, stop)
     if not stop.is_set():
-        terminal.start_again(another.run, home=scenario.return_home)
+        terminal.start_again(another.run, home=scenario.return_home, kinds=_kinds_of(another.options))
 
 
 def _clock(bus: Bus | None) -> Clock | None:

@@ -8,6 +8,7 @@ import msgspec
 
 from swarm.bus import Request
 from swarm.errors import ConfigError, PeerError, SwarmError, suggest
+from swarm.kinds import kind_targets
 from swarm.launch.options import Options, ready
 from swarm.maps.text import from_text
 from swarm.messages import DRAWING_LIMIT, Accepted, Clock, Phase, Setup
@@ -36,9 +37,10 @@ def as_set(options: Options) -> Setup:
     return Setup(
         scenario=settings.name,
         robots=options.robots,
-        speed=settings.robot.speed_scale,
+        mix=settings.robots if isinstance(settings.robots, dict) else None,
+        speed=None if settings.kinds else settings.robot.speed_scale,
         starts=None if on_circle else poses,
-        targets=None if on_circle or settings.own_targets else settings.targets,
+        targets=None if on_circle or settings.own_targets or kind_targets(settings) else settings.targets,
         map=settings.map.text if drawn else None,
         cell=settings.map.cell if drawn else None,
     )
@@ -85,26 +87,38 @@ def change_options(asked: Setup, options: Options) -> Options:
     same = asked.scenario in {None, now.settings.name}
     base = now if same else _shipped_scenario(str(asked.scenario), now.settings.serve)
     raw: dict[str, Any] = msgspec.to_builtins(base.settings)
-    robots = options.robots if same else base.settings.robots
+    mix = base.settings.robots
+    robots: int | dict[str, int] = options.robots if same and isinstance(mix, int) else mix
     floor = base.map
     if asked.starts is not None:
-        raw["start"], robots = {"poses": asked.starts}, len(asked.starts)
+        raw["start"], robots = {"poses": asked.starts}, len(asked.starts) if isinstance(mix, int) else mix
+        for kind in raw["kinds"].values():
+            kind["start"] = None
     if asked.robots is not None:
         robots = asked.robots
+    if asked.mix is not None:
+        robots = raw["robots"] = asked.mix
     if asked.targets is not None:
         raw["targets"], raw["own_targets"] = asked.targets, []
+        for kind in raw["kinds"].values():
+            kind["targets"] = None
     if asked.speed is not None:
-        raw["robot"]["speed_scale"] = asked.speed
+        for body in (raw["robot"], *raw["kinds"].values()):
+            body["speed_scale"] = asked.speed
     if asked.map is not None:
         raw["map"] |= {"text": asked.map, "file": None}
         raw["map"] |= {} if asked.cell is None else {"cell": asked.cell}
         floor = from_text(asked.map, raw["map"]["cell"], "setup: map")
     elif asked.cell is not None and asked.cell != raw["map"]["cell"]:
         raise ConfigError(f"setup: cell: expected a map with it, got {asked.cell:g} m alone; send both")
-    if not 1 <= robots <= MOST_ROBOTS:
-        raise ConfigError(f"setup: robots: expected 1 to {MOST_ROBOTS}, got {robots}")
-    scenario = Scenario(check_values(raw, "setup"), floor, base.profile)
-    return ready(replace(options, scenario=scenario, robots=robots, wait=True))
+    count = robots if isinstance(robots, int) else sum(robots.values())
+    if not 1 <= count <= MOST_ROBOTS:
+        raise ConfigError(f"setup: robots: expected 1 to {MOST_ROBOTS}, got {count}")
+    if base.settings.kinds and isinstance(robots, int) and robots != base.settings.count:
+        known = ", ".join(base.settings.kinds)
+        raise ConfigError(f"setup: robots: expected `mix`, how many of each kind of {known}, got {robots} robots")
+    scenario = Scenario(check_values(raw, "setup"), floor, base.profile, base.profiles)
+    return ready(replace(options, scenario=scenario, robots=count, wait=True))
 
 
 def _shipped_scenario(name: str, serve: bool) -> Scenario:

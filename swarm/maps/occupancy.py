@@ -21,6 +21,7 @@ ORIGIN: Final = Pose(0.0, 0.0, 0.0)
 
 Cell = tuple[int, int]  # (row, column)
 Point = tuple[float, float]  # m, in the map frame
+Disc = tuple[float, float, float]  # m, in the map frame: centre and radius
 
 
 @dataclass(frozen=True, eq=False)

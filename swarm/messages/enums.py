@@ -59,6 +59,7 @@ class RobotDo(StrEnum):
     GO_ON = "go_on"  # end the stop
     HOME = "home"  # drop the targets that are left, and drive home
     CANCEL = "cancel"  # drop the targets that are left, and stay
+    LOAD = "load"  # take up a load that makes it as wide as `radius` says, or put its load down
 
 
 class Kind(StrEnum):

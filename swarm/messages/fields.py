@@ -9,6 +9,7 @@ VERSION: Final = 1  # of the wire: `v` in every payload
 
 ID_PATTERN: Final = r"^[A-Za-z0-9_.:-]{1,64}\Z"
 Id = Annotated[str, Meta(pattern=ID_PATTERN)]
+OptionalId = Annotated[str, Meta(pattern=r"^[A-Za-z0-9_.:-]{0,64}\Z")]
 Metres = Annotated[float, Meta(ge=-1e6, le=1e6)]
 Length = Annotated[float, Meta(ge=0, le=1e6)]
 Angle = Annotated[float, Meta(ge=-pi - 1e-9, le=pi + 1e-9)]

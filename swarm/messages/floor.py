@@ -78,10 +78,20 @@ class ScenarioOnWire(Struct, frozen=True, kw_only=True):
 
     settings: Annotated[
         Settings,
-        doc("as in a scenario file, with all defaults; here an unknown field is refused"),
+        doc(
+            "as in a scenario file, with all defaults; here an unknown field is refused; in a Welcome `robot`, "
+            "`sensors` and `controller` are those of the robot's kind"
+        ),
     ]
-    profile: Annotated[ProfileOnWire, doc("the fuzzy controller")]
+    profile: Annotated[ProfileOnWire, doc("the fuzzy controller; in a Welcome that of the robot's kind")]
     starts: Annotated[
         dict[Id, tuple[Metres, Metres, Angle]] | UnsetType,
         doc("m, m, rad; start of each robot, by name; only in a Map: a Welcome has the start of the robot itself"),
+    ] = UNSET
+    kinds: Annotated[
+        dict[Id, Id] | UnsetType, doc("the kind of each robot, by name; only in a Map of a fleet with kinds")
+    ] = UNSET
+    profiles: Annotated[
+        dict[Id, ProfileOnWire] | UnsetType,
+        doc("the fuzzy controllers that kinds have of their own, by kind; left out: none has one"),
     ] = UNSET

@@ -106,6 +106,9 @@ class Sense(Message, frozen=True, kw_only=True):
         Counted | None,
         doc("the stops that count, by the world: the robot ticks off these and no others; null: it judges by its pose"),
     ] = None
+    radius: Annotated[
+        Length | None, doc("m; of its footprint while it carries a load; null: as its settings say, without a load")
+    ] = None
 
 
 class Took(Struct, frozen=True, kw_only=True):

@@ -111,6 +111,10 @@ class Record(Notice, frozen=True, kw_only=True, omit_defaults=True):
     y: Annotated[Metres, doc("m")]
     error: Annotated[Metres, doc("m; its centre may be so far from (x, y), at most; 0: it is exact")] = 0.0
     speed: Annotated[Speed | None, doc("m/s; how fast its centre moves; none: nobody knows")] = None
+    radius: Annotated[
+        Metres | None, doc("m; radius of its footprint, also while it carries a load; none: the widest of the fleet's")
+    ] = None
+    top: Annotated[Speed | None, doc("m/s; the fastest that it drives; none: the fastest of the fleet's")] = None
     goal: Annotated[
         Cell,
         doc(

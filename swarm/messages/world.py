@@ -14,6 +14,7 @@ from swarm.messages.fields import (
     Length,
     Message,
     Metres,
+    OptionalId,
     Point,
     Scale,
     Seconds,
@@ -25,6 +26,7 @@ from swarm.messages.fields import (
 )
 from swarm.messages.floor import PackedMap, ScenarioOnWire
 from swarm.messages.robot import MOST_STOPS, Assigned, Believed, State
+from swarm.settings import HowMany
 
 
 class Body(Message, frozen=True, kw_only=True):
@@ -50,6 +52,7 @@ class Body(Message, frozen=True, kw_only=True):
         Believed | None,
         doc("m, m, rad, m; where it takes itself to be, and how far off that may be; null: here"),
     ] = None
+    radius: Annotated[Length, doc("m; of its footprint while it carries a load; 0: that of its kind")] = 0.0
 
 
 class Mover(Message, frozen=True, kw_only=True):
@@ -214,6 +217,9 @@ class RobotAction(Message, frozen=True, kw_only=True):
     """A request of a user to one robot."""
 
     do: Annotated[RobotDo, doc("which one")]
+    radius: Annotated[
+        Length | None, doc("m; of `load`: the footprint's radius from now on; null: that of its kind, without a load")
+    ] = None
 
 
 class PoolTargets(Message, frozen=True, kw_only=True):
@@ -232,6 +238,9 @@ class Places(Message, frozen=True, kw_only=True):
         list[tuple[Metres, Metres, Angle]],
         Meta(max_length=MOST_STOPS, description="m, m, rad; starts of the first ones; the world finds the others"),
     ] = []
+    kind: Annotated[
+        OptionalId, doc("what they are: one of the scenario's `kinds`; empty: a fleet without kinds has one")
+    ] = ""
 
 
 Share = Annotated[float, Meta(gt=0, le=1)]
@@ -251,7 +260,13 @@ class Setup(Message, frozen=True, kw_only=True):
     robots: Annotated[
         Count | None, doc("how many; null with `starts`: one at each; with another scenario: its number")
     ] = None
-    speed: Annotated[Share | None, doc("share of the paper's wheel speeds (0..4 m/s)")] = None
+    mix: Annotated[
+        dict[Id, HowMany] | None, doc("how many of each kind, instead of `robots`; null: the scenario has no kinds")
+    ] = None
+    speed: Annotated[
+        Share | None,
+        doc("share of the paper's wheel speeds (0..4 m/s) for all; null in a `get`: each kind has its own"),
+    ] = None
     starts: Annotated[Starts | None, doc("m, m, rad; of the robots; null in a `get`: on a circle")] = None
     targets: Annotated[Stops | None, doc("m; each robot visits all in order; null in a `get`: each has its own")] = None
     map: Annotated[

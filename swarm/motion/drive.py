@@ -170,7 +170,7 @@ def braking_points(
 
 
 @njit(
-    "UniTuple(f8, 2)(f4[:, ::1], f8, f8, f8, f8, f8[:, ::1], f8, f8, f8, f8, f8, f8, f8, f8, f8, f8, f8, i8)",
+    "UniTuple(f8, 2)(f4[:, ::1], f8, f8, f8, f8, f8[:, ::1], f8, f8, f8, f8, f8, f8, f8, f8, f8, f8, i8)",
     cache=True,
 )
 def clearance_along(
@@ -179,8 +179,7 @@ def clearance_along(
     origin_x: float,
     origin_y: float,
     origin_yaw: float,
-    bodies: NDArray[np.float64],  # (count, 2): m, centres of other robots
-    body_radius: float,
+    bodies: NDArray[np.float64],  # (count, 3): m, centre and radius of other bodies
     x: float,
     y: float,
     yaw: float,
@@ -217,16 +216,16 @@ def clearance_along(
         )
         walls = min(walls, room)
         for body in range(bodies.shape[0]):
-            others = min(others, hypot(bodies[body, 0] - x, bodies[body, 1] - y) - body_radius)
+            others = min(others, hypot(bodies[body, 0] - x, bodies[body, 1] - y) - bodies[body, 2])
         step += 1
         if step >= ticks and left_now == 0.0 and right_now == 0.0:
             return walls, others
 
 
 @njit("f8(f8, f8, f8)", cache=True)
-def needed_clearance(need: float, here: float, body_radius: float) -> float:
+def needed_clearance(need: float, here: float, radius: float) -> float:
     """Return the clearance [m] to keep where ``need`` is wanted and ``here`` is left; see ``first_clear``."""
-    return min(need, max(here - GRAZE, min(here, body_radius + TIGHT)))
+    return min(need, max(here - GRAZE, min(here, radius + TIGHT)))
 
 
 @njit(
@@ -251,7 +250,7 @@ def first_clear(
     origin_y: float,
     origin_yaw: float,
     bodies: NDArray[np.float64],
-    body_radius: float,
+    radius: float,
     x: float,
     y: float,
     yaw: float,
@@ -267,16 +266,16 @@ def first_clear(
     Each of ``remedies`` (n, 2) is a forward share and a yaw share of the twist (linear, angular). The forward speed is
     limited to ``fastest`` [m/s]; if both shares are equal, the limited twist follows the same arc, and it is skipped if
     ``fastest`` is below ``creep`` [m/s]. The required clearance of the centre is ``need`` [m], to the boxes in their
-    own frame, to the walls and to the bodies of ``clearance_along``. A robot that has less already, to one of the
-    three, may lose at most ``GRAZE`` of that, and nothing below ``TIGHT``; a body that came near takes nothing from
-    what is due to the boxes.
+    own frame, to the walls and to the bodies of ``clearance_along``; ``radius`` [m] is the robot's. One that has less
+    already, to one of the three, may lose at most ``GRAZE`` of that, and nothing below ``TIGHT``; a body that came near
+    takes nothing from what is due to the boxes.
     """
     walls, others = clearance_along(
-        field, side, origin_x, origin_y, origin_yaw, bodies, body_radius, x, y, yaw,
+        field, side, origin_x, origin_y, origin_yaw, bodies, x, y, yaw,
         0.0, 0.0, 0.0, 0.0, track_width, most, dt, 1,
     )  # fmt: skip
-    to_boxes = needed_clearance(need, gap_to_boxes(boxes, box_x, box_y), body_radius)
-    to_walls, to_others = needed_clearance(need, walls, body_radius), needed_clearance(need, others, body_radius)
+    to_boxes = needed_clearance(need, gap_to_boxes(boxes, box_x, box_y), radius)
+    to_walls, to_others = needed_clearance(need, walls, radius), needed_clearance(need, others, radius)
     for number in range(remedies.shape[0]):
         share, turn = remedies[number]
         forward, rate = share * linear, turn * angular
@@ -295,7 +294,7 @@ def first_clear(
             )
             if clear:
                 walls, others = clearance_along(
-                    field, side, origin_x, origin_y, origin_yaw, bodies, body_radius, x, y, yaw,
+                    field, side, origin_x, origin_y, origin_yaw, bodies, x, y, yaw,
                     left_now, right_now, left, right, track_width, most, dt, told,
                 )  # fmt: skip
                 clear = to_walls <= walls and to_others <= others

@@ -1,5 +1,6 @@
 """The robot's decisions. ``Robot.step`` uses nothing but the robot's state and its inputs."""
 
+import dataclasses
 from collections import Counter
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -9,18 +10,24 @@ from msgspec.structs import replace
 from swarm.fuzzy import Controller
 from swarm.geometry import Pose
 from swarm.maps.occupancy import Point
-from swarm.messages import RADIO, STATE, Activity, Assigned, Broadcast, Command, Plan, Sense, State
-from swarm.messages.robot import Believed
+from swarm.messages import RADIO, Activity, Assigned, Broadcast, Sense, State
 from swarm.planning.grid import Grid
 from swarm.robot.driving.cell_pilot import CellPilot
 from swarm.robot.driving.pilot import Pilot, PilotInputs, PilotOutputs
 from swarm.robot.ground import Ground
 from swarm.robot.mission import Mission, MissionStage
 from swarm.robot.navigator import Navigator
+from swarm.robot.outputs import Outputs, OutputWriter
 from swarm.robot.pose_estimate import Estimate, PoseEstimator
 from swarm.robot.tuning import REPLAN
 from swarm.scenario.load import Scenario
-from swarm.traffic.lattice.placement import cells_of, cells_of_learned_floor, traffic_settings
+from swarm.traffic.lattice.cell_map import CellMap
+from swarm.traffic.lattice.placement import (
+    cells_of,
+    cells_of_learned_floor,
+    standable_under,
+    traffic_settings,
+)
 from swarm.traffic.outputs import StepResult
 from swarm.traffic.progress_checker import ProgressChecker, make_movement_test
 from swarm.traffic.step import Traffic
@@ -31,15 +38,6 @@ class Inputs(NamedTuple):
 
     sense: Sense
     heard: Sequence[Broadcast]
-
-
-class Outputs(NamedTuple):
-    """The outputs of one step; None: nothing new to send."""
-
-    command: Command
-    broadcast: Broadcast | None
-    state: State | None
-    plan: Plan | None
 
 
 class Robot:
@@ -62,6 +60,8 @@ class Robot:
         self._start = start
         self._ground = Ground(scenario, grid, edits)
         self._controller = controller or Controller(scenario.profile)
+        self._load: float | None = None  # m, its radius while it carries a load
+        self._unloaded = scenario.settings
         self._begin(run=0)
 
     def _begin(self, run: int) -> None:
@@ -83,14 +83,19 @@ class Robot:
         self._opened = False  # the map has changed: a way may lead to a stop that was given up
         self._retry_at = 0.0  # s
         self._retries: Counter[int] = Counter()  # of each stop
-        self._told: tuple[object, ...] = ()
-        self._told_at = float("-inf")
-        self._plan_told: object = None
+        self._writer = OutputWriter(self.name)
+
+    def _cells(self) -> CellMap:
+        """Return the cells of the floor that is known, as they are joined for this robot."""
+        settings, floor = self._settings, self._ground.map
+        return cells_of(floor, settings) if settings.map.known else cells_of_learned_floor(floor, settings)
 
     def _new_pilot(self) -> Pilot:
-        settings, floor = self._settings, self._ground.map
-        cells = cells_of(floor, settings) if settings.map.known else cells_of_learned_floor(floor, settings)
-        traffic = Traffic(self.name, cells, traffic_settings(settings), slot=self._number)
+        settings, cells = self._settings, self._cells()
+        constants = traffic_settings(settings)
+        if self._load is not None:
+            constants = dataclasses.replace(constants, tells_body=True)
+        traffic = Traffic(self.name, cells, constants, slot=self._number)
         return CellPilot(traffic, cells, self._number, settings, self._controller)
 
     def _new_estimator(self, start: Pose | None) -> PoseEstimator:
@@ -152,6 +157,7 @@ class Robot:
         sense = told if exact else replace(told, x=estimate.pose.x, y=estimate.pose.y, yaw=estimate.pose.yaw)
         if self.mission.stage is MissionStage.READY:
             self.mission.begin()
+        said = self._take_load(told.radius, estimate.pose) if told.radius != self._load else []
         self._take_over(sense.assigned)
         self._hear(inputs)
         self._tick_off_stops(sense, estimate.pose)
@@ -159,9 +165,29 @@ class Robot:
         self._take_up_stops((sense.x, sense.y), sense.time)
         self._find_path(sense, estimate.pose)
         move = self._drive(sense, estimate, inputs.heard)
+        move = move._replace(notes=[*said, *move.notes]) if said else move
         self._activity = move.activity
         believed = None if exact else (*estimate.pose, estimate.error)
-        return self._outputs(sense, move, believed)
+        replans = max(0, self._navigator.plans - self._finished - self.mission.target - 1)
+        walls = self._ground.tell if self._settings.map.shared else list[int]
+        return self._writer.write(self.run, sense, move, self.mission, self._navigator, replans, believed, walls)
+
+    def _take_load(self, radius: float | None, pose: Pose) -> list[tuple[str, str]]:
+        """Plan anew with another radius [m], or without a load (None); return what there is to say about it.
+
+        Traffic begins as in a robot that has just started: it holds what is under its body, and listens first.
+        """
+        self._load, own = radius, self._unloaded
+        self._settings = own if radius is None else replace(own, robot=replace(own.robot, radius=radius))
+        self._scenario = self._scenario.with_settings(self._settings)
+        self._ground.take_radius(self._scenario)
+        self._navigator = Navigator(self._ground.grid, self._settings.robot.radius, self._settings.reach)
+        self._pilot = self._new_pilot()
+        self._opened = True
+        if standable_under(self._cells(), pose[:2], self._settings):
+            return []
+        wide = self._settings.robot.radius
+        return [("load", f"does not fit where it stands: a radius of {wide:g} m finds no way from there")]
 
     # --- what it knows about others and about the floor ---
 
@@ -282,38 +308,3 @@ class Robot:
             heard=heard,
         )
         return self._pilot.drive(inputs)
-
-    # --- what it says ---
-
-    def _outputs(self, sense: Sense, move: PilotOutputs, believed: Believed | None) -> Outputs:
-        mission, navigator = self.mission, self._navigator
-        replans = max(0, navigator.plans - self._finished - mission.target - 1)
-        sends = move.traffic is not None
-        command = Command(
-            run=self.run, tick=sense.tick, left=move.speeds.left, right=move.speeds.right, heading=move.heading,
-            scale=move.scale, activity=self._activity, reached=list(mission.reached),
-            unreachable=list(mission.unreachable), sent=sends, replans=replans,
-            held=list(move.held), unconstrained=move.unconstrained, waits=list(move.waits),
-            members=list(move.members), notes=list(move.notes), assignment=mission.number,
-            believed=believed,
-        )  # fmt: skip
-        broadcast = state = plan = None
-        if sends:
-            broadcast = Broadcast(
-                robot=self.name, run=self.run, tick=sense.tick, x=sense.x, y=sense.y, yaw=sense.yaw,
-                activity=self._activity, target=mission.target, distance=navigator.remaining,
-                reached=list(mission.reached), traffic=move.traffic,
-                walls=self._ground.tell() if self._settings.map.shared else [],
-            )  # fmt: skip
-        news = (self.run, self._activity, mission.number, mission.laps, mission.target, tuple(mission.reached), replans)
-        if news != self._told or sense.time - self._told_at >= 1.0 / STATE.rate:
-            self._told, self._told_at = news, sense.time
-            state = State(
-                robot=self.name, run=self.run, tick=sense.tick, activity=self._activity, target=mission.target,
-                reached=list(mission.reached), unreachable=list(mission.unreachable), distance=navigator.remaining,
-                replans=replans, laps=mission.laps, assignment=mission.number, waits=list(move.waits),
-            )  # fmt: skip
-        if navigator.path is not None and navigator.path is not self._plan_told:
-            self._plan_told = navigator.path
-            plan = Plan(robot=self.name, run=self.run, tick=sense.tick, points=list(navigator.path.points))
-        return Outputs(command, broadcast, state, plan)

@@ -52,6 +52,13 @@ class Ground:
         self._news: list[Block] = []
         self._deaf_until = 0.0  # s
 
+    def take_radius(self, scenario: Scenario) -> None:
+        """Plan for the radius of the scenario's robot from now on, on the floor that is known."""
+        self._radius = scenario.settings.robot.radius
+        own = replace(scenario, map=self.map)
+        self.grid = planning_grid(own) if self._known else planning_grid(own, self.map)
+        self._news = [((0, 0), self.map.shape)]
+
     def take_edits(self, before: int, edits: Sequence[Edit]) -> bool:
         """Apply new edits; return True if the floor changed. ``before`` is the number of earlier edits.
 

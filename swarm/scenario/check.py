@@ -1,12 +1,13 @@
 """The check that a mission can be driven, made before any process is started."""
 
-from collections.abc import Iterator
+from collections.abc import Mapping, Sequence
 from itertools import combinations
 from math import sqrt
-from typing import Final
+from typing import Final, NamedTuple
 
 from swarm.errors import ConfigError
 from swarm.geometry import Pose, distance
+from swarm.kinds import check_mix, kind_of, targets_of
 from swarm.maps.occupancy import FREE, OccupancyMap, Point
 from swarm.planning.grid import Grid
 from swarm.planning.path import is_reachable
@@ -37,46 +38,89 @@ def check(scenario: Scenario, robots: int, seed: int) -> Prepared:
     Raises:
         ConfigError: the mission cannot be driven; the text names the first reason.
     """
+    check_mix(scenario.settings, scenario.settings.name)
     _affordable(scenario, robots)
     scenario = settle_lattice(scenario, robots)
-    settings, grid = scenario.settings, planning_grid(scenario)
+    settings, names = scenario.settings, robot_names(robots)
     if settings.own_targets and robots > len(settings.own_targets):
         raise ConfigError(
             f"{settings.name}: own_targets: expected a list for each of {robots} robots, "
             f"got {len(settings.own_targets)}; add more or run fewer robots"
         )
-    for number, target in enumerate(settings.targets, start=1):
-        _standable(scenario, grid, target, f"targets: target {number}")
-    for name, targets in zip(robot_names(robots), settings.own_targets, strict=False):
-        for number, target in enumerate(targets, start=1):
-            _standable(scenario, grid, target, f"own_targets: {name}'s target {number}")
+    kinds = [kind_of(settings, number) for number in range(robots)]
+    each = {kind: scenario.of_kind(kind) for kind in dict.fromkeys(kinds)}
+    grids = {kind: planning_grid(own) for kind, own in each.items()}
+    for kind, own in each.items():
+        _check_places(own, grids[kind], kind)
+    for number, (name, targets) in enumerate(zip(names, settings.own_targets, strict=False)):
+        for stop, place in enumerate(targets, start=1):
+            kind = kinds[number]
+            _standable(each[kind], grids[kind], place, f"own_targets: {name}'s target {stop}")
+    smallest = min(each, key=lambda kind: each[kind].settings.robot.radius)  # any robot may take a target of the pool
     for number, target in enumerate(settings.pool, start=1):
-        _standable(scenario, grid, target, f"pool: target {number}")
+        _standable(each[smallest], grids[smallest], target, f"pool: target {number}")
     for number, asked in enumerate(settings.orders):
-        if asked.robot not in robot_names(robots):
+        if asked.robot not in names:
             raise ConfigError(
-                f"{settings.name}: orders[{number}].robot: expected one of {', '.join(robot_names(robots))}, "
+                f"{settings.name}: orders[{number}].robot: expected one of {', '.join(names)}, "
                 f"got {asked.robot!r}; correct it"
             )
     poses = starts(scenario, robots, seed)
-    for name, pose in zip(robot_names(robots), poses, strict=True):
-        _standable(scenario, grid, pose[:2], f"start of {name}")
-    needed = 2 * settings.robot.radius
-    for (a, one), (b, other) in combinations(zip(robot_names(robots), poses, strict=True), 2):
-        if (apart := distance(one, other)) < needed:
+    radii = [each[kind].settings.robot.radius for kind in kinds]
+    for name, kind, pose in zip(names, kinds, poses, strict=True):
+        _standable(each[kind], grids[kind], pose[:2], f"start of {name}")
+    for (a, one, half), (b, other, rest) in combinations(zip(names, poses, radii, strict=True), 2):
+        if (apart := distance(one, other)) < (needed := half + rest):
             raise ConfigError(
                 f"{settings.name}: start: expected {a} and {b} at least {needed:g} m apart, got {apart:.2f} m; "
                 "move one of them"
             )
-    for where, here, there in _ways_between_stops(scenario, poses, grid):
+    ways = _ways_between_stops(scenario, poses, [grids[kind] for kind in kinds])
+    for kind, own in each.items():
+        _check_ways(own, grids[kind], [way for way in ways if kinds[way.robot] == kind])
+    cells = cells_of(scenario.map, settings)
+    _check_radio(settings, cells)
+    _check_cells_of_starts(settings, cells, poses)
+    for kind, own in each.items():
+        own_poses = {name: pose for name, other, pose in zip(names, kinds, poses, strict=True) if other == kind}
+        _within_cells(own, own_poses, [way for way in ways if kinds[way.robot] == kind])
+    return Prepared(scenario, poses)
+
+
+def _check_places(scenario: Scenario, grid: Grid, kind: str) -> None:
+    """Check that robots of a kind can stand at the targets that all of them have.
+
+    Raises:
+        ConfigError: a target is in a wall or too near one.
+    """
+    settings = scenario.settings
+    own = settings.kinds[kind].targets if kind else None
+    where, targets = ("targets", settings.targets) if own is None else (f"kinds.{kind}.targets", own)
+    for number, target in enumerate(targets, start=1):
+        _standable(scenario, grid, target, f"{where}: target {number}")
+
+
+class Way(NamedTuple):
+    """A way that is to be driven."""
+
+    robot: int  # the first that drives it
+    name: str  # for people
+    here: Point  # m
+    there: Point  # m
+
+
+def _check_ways(scenario: Scenario, grid: Grid, ways: Sequence[Way]) -> None:
+    """Check that paths lead over the floor.
+
+    Raises:
+        ConfigError: a way is too narrow, or there is none.
+    """
+    for _, where, here, there in ways:
         if not is_reachable(grid, here, there):
             raise ConfigError(
-                f"{where}: expected a way from "
-                f"({here[0]:.2f}, {here[1]:.2f}) wide enough for a radius of {settings.robot.radius:g} m, "
-                "found none; open the map or move the target"
+                f"{where}: expected a way from ({here[0]:.2f}, {here[1]:.2f}) wide enough for a radius of "
+                f"{scenario.settings.robot.radius:g} m, found none; open the map or move the target"
             )
-    _within_cells(scenario, poses, grid)
-    return Prepared(scenario, grid, poses)
 
 
 def _affordable(scenario: Scenario, robots: int) -> None:
@@ -87,8 +131,7 @@ def _affordable(scenario: Scenario, robots: int) -> None:
     """
     settings, floor = scenario.settings, scenario.map
     check_grid_size(floor)
-    targets = settings.own_targets[:robots] or [settings.targets] * robots
-    stops = sum(map(len, targets)) + robots * settings.return_home
+    stops = sum(len(targets_of(settings, number)) for number in range(robots)) + robots * settings.return_home
     if stops > MOST_STOPS:
         raise ConfigError(
             f"{settings.name}: expected at most {MOST_STOPS} targets of all robots together, got {stops} of {robots}; "
@@ -113,48 +156,42 @@ def _affordable(scenario: Scenario, robots: int) -> None:
         )
 
 
-def _ways_between_stops(scenario: Scenario, poses: list[Pose], grid: Grid) -> Iterator[tuple[str, Point, Point]]:
-    """Yield the ways from stop to stop [m] with their names; a way of several robots is named after the first.
+def _ways_between_stops(scenario: Scenario, poses: list[Pose], grids: Sequence[Grid]) -> list[Way]:
+    """Return the ways from stop to stop; one of several robots of a kind is named after the first.
 
     The way to a target of the pool begins where a robot starts that has one, if any has.
     """
-    seen = set()
+    seen, found, settings = set(), [], scenario.settings
     for number, (name, pose) in enumerate(zip(robot_names(len(poses)), poses, strict=True)):
-        here = pose[:2]
+        here, kind = pose[:2], kind_of(settings, number)
         for stop, there in enumerate(scenario.stops(number, here), start=1):
-            if (here, there) not in seen:
-                seen.add((here, there))
-                yield f"{scenario.settings.name}: target {stop} of {name} at ({there[0]:g}, {there[1]:g})", here, there
+            if (kind, here, there) not in seen:
+                seen.add((kind, here, there))
+                where = f"{settings.name}: target {stop} of {name} at ({there[0]:g}, {there[1]:g})"
+                found.append(Way(number, where, here, there))
             here = there
-    for number, there in enumerate(scenario.settings.pool, start=1):
-        able = (pose[:2] for pose in poses if is_reachable(grid, pose[:2], there))
-        where = f"{scenario.settings.name}: pool: target {number} at ({there[0]:g}, {there[1]:g})"
-        yield where, next(able, poses[0][:2]), there
+    for number, there in enumerate(settings.pool, start=1):
+        able = (robot for robot, pose in enumerate(poses) if is_reachable(grids[robot], pose[:2], there))
+        where = f"{settings.name}: pool: target {number} at ({there[0]:g}, {there[1]:g})"
+        found.append(Way(robot := next(able, 0), where, poses[robot][:2], there))
+    return found
 
 
-def _within_cells(scenario: Scenario, poses: list[Pose], grid: Grid) -> None:
-    """Check that a robot inside its cells gets near enough to each stop, and that the radio range suits the cells.
+def _within_cells(scenario: Scenario, poses: Mapping[str, Pose], ways: Sequence[Way]) -> None:
+    """Check that robots of one kind inside their cells get near enough to each stop.
 
     Raises:
-        ConfigError: a stop is at a wall or cut off, robots that claim one cell cannot hear each other, or two
-            robots start too near each other.
+        ConfigError: a stop is at a wall or cut off, or a robot has no room to drive off.
     """
     settings = scenario.settings
     cells = cells_of(scenario.map, settings)
-    if settings.radio.range < (least := least_range(cells.side)) - 1e-9:
-        raise ConfigError(
-            f"{settings.name}: radio.range: expected {least:g} m or more for cells of {cells.side:g} m, got "
-            f"{settings.radio.range:g} m: robots that claim a cell must hear each other; raise it or set a smaller "
-            "`traffic.cell`"
-        )
-    _check_cells_of_starts(settings, cells, poses)
-    for name, (x, y, _) in zip(robot_names(len(poses)), poses, strict=True):
+    for name, (x, y, _) in poses.items():
         if not standable_under(cells, (x, y), settings):
             raise ConfigError(
                 f"{settings.name}: start of {name} at ({x:g}, {y:g}): expected a place with room to drive off, got a "
                 f"nook between walls; {_nearest(cells, (x, y), settings)}"
             )
-    for where, here, there in _ways_between_stops(scenario, poses, grid):
+    for _, where, here, there in ways:
         if (short := distance_to_stop(cells, there, settings)) > settings.reach:
             raise ConfigError(
                 f"{where}: expected a place that a robot comes within {settings.reach:g} m of, got one at a wall or "
@@ -165,6 +202,20 @@ def _within_cells(scenario: Scenario, poses: list[Pose], grid: Grid) -> None:
                 f"{where}: expected a way from ({here[0]:.2f}, {here[1]:.2f}) on which a robot reserves squares of "
                 f"{cells.side:g} m, found none; widen the way"
             )
+
+
+def _check_radio(settings: Settings, cells: CellMap) -> None:
+    """Check that the radio range suits the cells.
+
+    Raises:
+        ConfigError: robots that claim one cell cannot hear each other.
+    """
+    if settings.radio.range < (least := least_range(cells.side)) - 1e-9:
+        raise ConfigError(
+            f"{settings.name}: radio.range: expected {least:g} m or more for cells of {cells.side:g} m, got "
+            f"{settings.radio.range:g} m: robots that claim a cell must hear each other; raise it or set a smaller "
+            "`traffic.cell`"
+        )
 
 
 def _nearest(cells: CellMap, place: Point, settings: Settings) -> str:

@@ -1,18 +1,30 @@
 """The loader of scenario files: it returns checked values, and says in one sentence what is wrong with a file."""
 
+from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from itertools import pairwise
 from math import inf
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 import msgspec
 
 from swarm.errors import ConfigError
 from swarm.fuzzy import Profile, load_profile
 from swarm.geometry import distance
+from swarm.kinds import (
+    PLAIN,
+    check_mix,
+    complete_kinds,
+    kind_of,
+    merge_own_sensors,
+    own_controllers,
+    settings_of,
+    targets_of,
+    with_mix,
+)
 from swarm.maps.files import path_within, read_text, yaml_values
 from swarm.maps.load import load_map
 from swarm.maps.occupancy import OccupancyMap, Point
@@ -21,8 +33,9 @@ from swarm.maps.wire import pack, unpack
 from swarm.messages import PackedMap, ProfileOnWire, ScenarioOnWire
 from swarm.messages.faults import in_words, quote_value
 from swarm.scenario.shipped_scenarios import shipped_scenarios
-from swarm.settings import Settings
+from swarm.settings import HowMany, KindSettings, Settings
 
+S = TypeVar("S", bound=msgspec.Struct)
 SIZE_LIMIT: Final = 4_000_000  # bytes
 LISTED_LIMIT: Final = 5000  # own targets of all robots
 
@@ -34,12 +47,42 @@ class Scenario:
     settings: Settings
     map: OccupancyMap
     profile: Profile
+    profiles: Mapping[str, Profile] = field(default_factory=dict)  # those that kinds have of their own
+
+    def of_kind(self, kind: str) -> "Scenario":
+        """Return the scenario as it is for robots of a kind: its settings and its profile.
+
+        Raises:
+            ConfigError: there is no such kind.
+        """
+        if kind == PLAIN:
+            return self
+        return replace(self, settings=settings_of(self.settings, kind), profile=self.profiles.get(kind, self.profile))
+
+    def with_settings(self, settings: Settings) -> "Scenario":
+        """Return the scenario with other settings."""
+        return replace(self, settings=settings)
+
+    def of_robot(self, number: int) -> "Scenario":
+        """Return the scenario as it is for a robot of the mix."""
+        return self.of_kind(kind_of(self.settings, number))
+
+    def with_robots(self, asked: int | Mapping[str, int] | None) -> tuple["Scenario", int]:
+        """Return the scenario with so many robots, or so many of each kind, and their number; None: as it says.
+
+        Raises:
+            ConfigError: what is asked for does not fit the kinds.
+        """
+        settings = self.settings
+        if isinstance(asked, int) and not settings.kinds:
+            return self, asked
+        own = self if asked is None else self.with_settings(with_mix(settings, asked))
+        return own, own.settings.count
 
     def stops(self, robot: int, start: Point) -> tuple[Point, ...]:
         """Return the stops [m] of robot number ``robot`` in order: its targets, then home if the mission returns."""
         settings = self.settings
-        own = settings.own_targets[robot : robot + 1]  # none for a robot whose place was opened later
-        targets = own[0] if own else settings.targets
+        targets = targets_of(settings, robot)
         if settings.start.circle is not None:
             x, y, _ = settings.start.circle
             targets = [(2 * x - start[0], 2 * y - start[1])]
@@ -54,8 +97,10 @@ class Scenario:
 
     def to_wire(self) -> tuple[ScenarioOnWire, PackedMap]:
         """Return settings and profile, and the packed map, as they cross the wire."""
-        profile = msgspec.convert(self.profile.to_builtins(), ProfileOnWire)
-        return ScenarioOnWire(settings=self.settings, profile=profile), pack(self.map)
+        profiles = {kind: _profile_on_wire(profile) for kind, profile in self.profiles.items()}
+        own = profiles or msgspec.UNSET
+        profile = _profile_on_wire(self.profile)
+        return ScenarioOnWire(settings=self.settings, profile=profile, profiles=own), pack(self.map)
 
     @classmethod
     def from_wire(cls, scenario: ScenarioOnWire, packed: PackedMap) -> "Scenario":
@@ -65,7 +110,17 @@ class Scenario:
             SwarmError: the settings contradict each other, or the profile or the map is not valid.
         """
         settings = check_values(msgspec.to_builtins(scenario.settings), "welcome")
-        return cls(settings, unpack(packed), Profile.from_builtins(msgspec.to_builtins(scenario.profile)))
+        own = {} if scenario.profiles is msgspec.UNSET else scenario.profiles
+        profiles = {kind: _profile_from_wire(profile) for kind, profile in own.items()}
+        return cls(settings, unpack(packed), _profile_from_wire(scenario.profile), profiles)
+
+
+def _profile_on_wire(profile: Profile) -> ProfileOnWire:
+    return msgspec.convert(profile.to_builtins(), ProfileOnWire)
+
+
+def _profile_from_wire(profile: ProfileOnWire) -> Profile:
+    return Profile.from_builtins(msgspec.to_builtins(profile))
 
 
 def load(path: Path, *, serve: bool = False) -> Scenario:
@@ -86,7 +141,17 @@ def load(path: Path, *, serve: bool = False) -> Scenario:
             raise ConfigError(f"{path}: map.text: {fault}") from None
     else:
         floor = load_map(path_within(base, str(where.file), f"{path}: map.file"), cell=where.cell)
-    return Scenario(settings, floor, load_profile(settings.controller, base=base))
+    own = load_own_profiles(settings, base)
+    return Scenario(settings, floor, load_profile(settings.controller, base=base), own)
+
+
+def load_own_profiles(settings: Settings, base: Path | None = None) -> dict[str, Profile]:
+    """Load the fuzzy profiles that kinds have of their own, by kind; files are looked for in the folder ``base``.
+
+    Raises:
+        ConfigError: a profile is wrong, or there is none of that name.
+    """
+    return {kind: load_profile(name, base=base) for kind, name in own_controllers(settings).items()}
 
 
 def check_values(raw: object, where: str) -> Settings:
@@ -95,12 +160,11 @@ def check_values(raw: object, where: str) -> Settings:
     Raises:
         ConfigError: a field is unknown, missing, of a wrong type or out of its bounds.
     """
-    try:
-        settings = msgspec.convert(raw, Settings)
-    except msgspec.ValidationError as fault:
-        raise ConfigError(f"{where}: {in_words(str(fault), raw, Settings)}") from None
+    settings = _convert(raw, where)
+    check_mix(settings, where)
     start = settings.start
     may_lack = settings.serve or start.circle is not None  # who serves waits for orders from the start
+    may_lack |= bool(settings.kinds) and all(kind.targets is not None for kind in settings.kinds.values())
     if start.circle is not None and (settings.targets or settings.own_targets):
         raise ConfigError(f"{where}: start.circle: expected no targets, they are the points opposite; leave them out")
     may_lack |= _only_pool(settings)
@@ -132,10 +196,54 @@ def check_values(raw: object, where: str) -> Settings:
             )
     if sum(kind is not None for kind in (start.area, start.poses, start.circle)) != 1:
         raise ConfigError(f"{where}: start: expected either `area` or `poses` or `circle`; give one of them")
+    _check_kinds(settings, where)
     if settings.patrol:
         _check_patrol(settings, where)
         settings = msgspec.structs.replace(settings, return_home=False)
     return settings
+
+
+def _convert(raw: object, where: str) -> Settings:
+    """Convert plain values; of a kind that is wrong its name is said, which msgspec leaves out."""
+    raw = merge_own_sensors(raw)
+    kinds = raw.get("kinds") if isinstance(raw, dict) else None
+    for name, kind in kinds.items() if isinstance(kinds, dict) else ():
+        _convert_to(KindSettings, kind, f"{where}: kinds.{name}")
+    if isinstance(raw, dict) and not isinstance(count := raw.get("robots", 1), dict):
+        _convert_to(RobotCount, {"robots": count}, where)
+    return complete_kinds(_convert_to(Settings, raw, where))
+
+
+class RobotCount(msgspec.Struct):
+    """The field of a scenario that is a number, unless it is a mix: its faults are said without the other form."""
+
+    robots: HowMany
+
+
+def _convert_to(kind: type[S], raw: object, where: str) -> S:
+    """Convert plain values to a type.
+
+    Raises:
+        ConfigError: they are not what it has.
+    """
+    try:
+        return msgspec.convert(raw, kind)
+    except msgspec.ValidationError as fault:
+        raise ConfigError(f"{where}: {in_words(str(fault), raw, kind)}") from None
+
+
+def _check_kinds(settings: Settings, where: str) -> None:
+    """Check what kinds have of their own, apart from their fields' bounds."""
+    for name, kind in settings.kinds.items():
+        if kind.start is not None and (
+            kind.start.circle is not None or (kind.start.area is None) == (kind.start.poses is None)
+        ):
+            raise ConfigError(f"{where}: kinds.{name}.start: expected either `area` or `poses`; give one of them")
+        if kind.targets is not None and (settings.start.circle is not None or settings.own_targets):
+            raise ConfigError(
+                f"{where}: kinds.{name}.targets: expected none, each robot has its own by `own_targets` or "
+                "`start.circle`; leave them out"
+            )
 
 
 def _only_pool(settings: Settings) -> bool:
@@ -144,7 +252,8 @@ def _only_pool(settings: Settings) -> bool:
 
 
 def _check_patrol(settings: Settings, where: str) -> None:
-    for targets in settings.own_targets or [settings.targets]:
+    own = [kind.targets for kind in settings.kinds.values() if kind.targets is not None]
+    for targets in settings.own_targets or [*([settings.targets] if settings.targets else []), *own]:
         if not any(distance(one, other) > 2 * settings.reach for one, other in pairwise(targets)):
             raise ConfigError(
                 f"{where}: patrol: expected at least two targets a robot, more than {2 * settings.reach:g} m apart "

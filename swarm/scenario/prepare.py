@@ -1,6 +1,5 @@
 """A scenario made ready for a run: the position of its lattice, the planning grid and the start poses."""
 
-from dataclasses import replace
 from functools import lru_cache
 from typing import Final, NamedTuple
 
@@ -20,18 +19,17 @@ class Prepared(NamedTuple):
     """The inputs of a run."""
 
     scenario: Scenario  # its lattice is settled
-    grid: Grid
     starts: list[Pose]  # of each robot, in the order of their numbers
 
 
 def prepare(scenario: Scenario, robots: int, seed: int) -> Prepared:
-    """Return the mission: the scenario with its lattice placed, the planning grid and the start poses.
+    """Return the mission: the scenario with its lattice placed, and the start poses.
 
     Raises:
         ConfigError: fewer poses are listed than robots, or the area has no room for so many robots.
     """
     scenario = settle_lattice(scenario, robots)
-    return Prepared(scenario, planning_grid(scenario), starts(scenario, robots, seed))
+    return Prepared(scenario, starts(scenario, robots, seed))
 
 
 def settle_lattice(scenario: Scenario, robots: int | None = None) -> Scenario:
@@ -39,7 +37,7 @@ def settle_lattice(scenario: Scenario, robots: int | None = None) -> Scenario:
 
     ``robots`` is how many drive, by default those of the scenario.
     """
-    return replace(scenario, settings=with_lattice(scenario.settings, scenario.map, robots))
+    return scenario.with_settings(with_lattice(scenario.settings, scenario.map, robots))
 
 
 def check_grid_size(floor: OccupancyMap) -> None:
@@ -62,7 +60,7 @@ def planning_grid(scenario: Scenario, learned: OccupancyMap | None = None) -> Gr
     return grid_of_floor(scenario.map, robot.radius, margin)
 
 
-@lru_cache(maxsize=1)  # the robots of a machine share what the launcher's fork server has computed
+@lru_cache(maxsize=4)  # one for each kind; the robots of a machine share what the launcher's fork server has computed
 def grid_of_floor(floor: OccupancyMap, radius: float, margin: float) -> Grid:
     """Return the planning grid of a given map for a footprint; both in metres."""
     return Grid.grown(floor, radius, margin, RESOLUTION)

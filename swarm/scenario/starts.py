@@ -1,5 +1,6 @@
 """The start poses of robots: listed by the scenario, spread on a circle, or drawn in an area with the seed."""
 
+from collections.abc import Sequence
 from math import pi
 from typing import Final
 
@@ -7,6 +8,7 @@ import numpy as np
 
 from swarm.errors import ConfigError
 from swarm.geometry import Pose, poses_on_circle, wrap
+from swarm.kinds import kind_of, kind_starts, start_of
 from swarm.scenario.load import Scenario
 from swarm.traffic.lattice.placement import cells_of, cells_within
 
@@ -40,39 +42,51 @@ def starts(scenario: Scenario, robots: int, seed: int) -> list[Pose]:
         ConfigError: fewer poses are listed than robots, or the area has no room for so many robots.
     """
     settings = scenario.settings
-    listed, area = settings.start.poses, settings.start.area
-    if listed is not None:
-        if robots > len(listed):
-            raise ConfigError(
-                f"{settings.name}: start.poses: expected at least {robots} poses, got {len(listed)}; "
-                "list more of them or run fewer robots"
-            )
-        return [Pose(x, y, wrap(yaw)) for x, y, yaw in listed[:robots]]
     if settings.start.circle is not None:
         return poses_on_circle(*settings.start.circle, robots)
-    assert area is not None  # swarm.scenario.load has checked that one of the three is given
-    return _in_cells(scenario, robots, seed)
-
-
-def _in_cells(scenario: Scenario, robots: int, seed: int) -> list[Pose]:
-    """Draw a cell of its own for each robot in the area, and a pose in that cell."""
-    settings, area = scenario.settings, scenario.settings.start.area
-    assert area is not None
     chance = np.random.default_rng([seed, 0])
-    cells = cells_of(scenario.map, settings)
-    room = cells_within(cells, area)
-    if robots > len(room):
+    poses: dict[int, Pose] = {}
+    taken: set[int] = set()  # cells
+    placed = [start_of(settings, number) for number in range(robots)]
+    for section in (settings.start, *kind_starts(settings)):
+        numbers = [number for number, (own, _) in enumerate(placed) if own is section]
+        if section.poses is not None:
+            if len(numbers) > len(section.poses):
+                raise ConfigError(
+                    f"{settings.name}: start.poses: expected at least {len(numbers)} poses, got {len(section.poses)}; "
+                    "list more of them or run fewer robots"
+                )
+            poses |= {
+                number: Pose(x, y, wrap(yaw)) for number, (x, y, yaw) in zip(numbers, section.poses, strict=False)
+            }
+        elif section.area is not None and numbers:
+            poses |= _in_cells(scenario, section.area, numbers, chance, taken)
+    return [poses[number] for number in range(robots)]
+
+
+def _in_cells(
+    scenario: Scenario, area: tuple[float, float, float, float], numbers: Sequence[int], chance: np.random.Generator,
+    taken: set[int],
+) -> dict[int, Pose]:  # fmt: skip
+    """Draw for each of some robots a cell of its own in an area, that nobody has ``taken``, and a pose in that cell."""
+    settings, poses = scenario.settings, {}
+    each = {kind: scenario.of_kind(kind).settings for kind in {kind_of(settings, number) for number in numbers}}
+    widest = max(each.values(), key=lambda one: one.robot.radius)
+    cells = cells_of(scenario.map, widest)
+    room = [cell for cell in cells_within(cells, area) if cell not in taken]
+    if len(numbers) > len(room):
         raise ConfigError(
-            f"{settings.name}: start.area: expected {cells.side:g} x {cells.side:g} m of floor for each of {robots} "
-            f"robots, found room for {len(room)}; enlarge the area or run fewer robots"
+            f"{settings.name}: start.area: expected {cells.side:g} x {cells.side:g} m of floor for each of "
+            f"{len(numbers)} robots, found room for {len(room)}; enlarge the area or run fewer robots"
         )
-    poses = []
-    for number in chance.permutation(len(room))[:robots].tolist():
+    for robot, number in zip(numbers, chance.permutation(len(room)).tolist(), strict=False):
+        radius = each[kind_of(settings, robot)].robot.radius
+        taken.add(room[number])
         x, y = cells.centre(room[number])
-        spare = cells.side / 2 - settings.robot.radius - GAP
+        spare = cells.side / 2 - radius - GAP
         reach = max(0.0, min(spare, GAP))
         dx, dy, yaw = (float(value) for value in chance.uniform((-reach, -reach, -pi), (reach, reach, pi)))
         px, py = (min(max(at, min(a, b)), max(a, b)) for at, a, b in ((x + dx, *area[::2]), (y + dy, *area[1::2])))
-        at = (px, py) if cells.can_fit_disc((room[number],), px, py, settings.robot.radius + 0.05) else (x, y)
-        poses.append(Pose(*at, yaw))
+        at = (px, py) if cells.can_fit_disc((room[number],), px, py, radius + 0.05) else (x, y)
+        poses[robot] = Pose(*at, yaw)
     return poses

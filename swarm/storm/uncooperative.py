@@ -15,10 +15,11 @@ from swarm.geometry import Twist, bearing, distance
 from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.messages import Activity, Broadcast
 from swarm.motion.drive import DifferentialDrive
-from swarm.robot.brain import Inputs, Outputs, Robot
+from swarm.robot.brain import Inputs, Robot
 from swarm.robot.driving.pilot import PilotInputs, PilotOutputs
 from swarm.robot.driving.safety import NO_BODIES, STAND, Constraints, SafetyFilter
 from swarm.robot.ground import Block
+from swarm.robot.outputs import Outputs
 from swarm.settings import Settings
 from world.simulate import Simulation
 
@@ -95,5 +96,5 @@ def make_mute(simulation: Simulation, robots: Sequence[str]) -> None:
     for number, robot in enumerate(simulation.robots):
         if robot.name in robots:
             simulation.robots[number] = MuteRobot(
-                robot.name, number, simulation.scenario, simulation.world.starts[number]
+                robot.name, number, simulation.world.roster.scenario(number), simulation.world.starts[number]
             )

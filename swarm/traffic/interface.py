@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm.geometry import Pose
-from swarm.maps.occupancy import Point
+from swarm.maps.occupancy import Disc, Point
 from swarm.messages.traffic import TrafficBroadcast
 from swarm.traffic.obstacles.scan import Scan
 from swarm.traffic.peers.records import TrafficNote
@@ -70,7 +70,7 @@ class TrafficOutputs(NamedTuple):
     drivable: tuple[int, ...]  # cells to drive into: its own, free-drive cells, and held ones that no other robot holds
     unconstrained: bool  # no robot is near: the free-drive cells are drivable too
     waypoints: tuple[Point, ...]  # m, in the order to drive: from the cell it is in to the head
-    beside: tuple[Point, ...]  # m, other robots that hold the cell it is in, and silent robots and obstacles near
+    beside: tuple[Disc, ...]  # bodies of other robots that hold the cell it is in, and silent robots and obstacles near
     may_drive: bool  # False: no forward speed; turning on the spot is safe
     threats: tuple[MovingObstacle, ...]  # obstacles that move near the robot, which must get out of their way
     room: tuple[int, ...]  # cells asked for beside the way

@@ -10,9 +10,10 @@ from typing import Final
 import msgspec
 
 from swarm.geometry import poses_on_circle
+from swarm.kinds import kind_starts, kind_targets, settings_of_widest, start_of
 from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.settings import Settings
-from swarm.traffic.joint.problem import assign_goals
+from swarm.traffic.joint.goals import assign_goals
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
 from swarm.traffic.lattice.dock import find_dock, find_way_out
 from swarm.traffic.lattice.offset import PHASES, best_offset
@@ -53,11 +54,16 @@ def with_lattice(settings: Settings, floor: OccupancyMap, robots: int | None = N
     from 6 radii down to 2.5, at which a robot can reach every stop from the starts over cells, no two robots start in
     one cell, robots can pass each other, and on a small floor a plan is found for all of them. If none serves, it is
     the one that fails the latest of these tests; stops that are not reached are refused by the check of the scenario.
+    Of a fleet of several kinds, radii are those of the widest: each body has to fit in one cell.
     """
+    return _set_lattice(settings, *_choose_lattice(settings_of_widest(settings), floor, robots or settings.count))
+
+
+def _choose_lattice(settings: Settings, floor: OccupancyMap, robots: int) -> tuple[float, Point | None]:
+    """Return side and offset [m] of the best cells; the settings are those of the widest robots."""
     traffic, sides = settings.traffic, _sides(settings, floor)
-    robots = robots or settings.robots
     if traffic.offset is not None:
-        return _set_lattice(settings, sides[0], traffic.offset)
+        return sides[0], traffic.offset
     fits = settings.robot.radius + OFF_LINE
     best: tuple[tuple[bool, int, bool, bool, bool], float, Point] | None = None
     for side, offset in _lattices(settings, floor, sides, robots):
@@ -72,7 +78,7 @@ def with_lattice(settings: Settings, floor: OccupancyMap, robots: int | None = N
         if solved and inside:
             break
     assert best is not None
-    return _set_lattice(settings, *best[1:])
+    return best[1:]
 
 
 def _lattices(
@@ -127,6 +133,7 @@ def _area(floor: OccupancyMap) -> float:
 
 def lattices_tried(settings: Settings, floor: OccupancyMap) -> list[tuple[float, int]]:
     """Return the sides of cells [m] that are tried on a floor of any size, each with the number of its lattices."""
+    settings = settings_of_widest(settings)
     sides = _sides(settings, floor)
     if settings.traffic.offset is not None:
         return [(sides[0], 1)]
@@ -147,10 +154,17 @@ def _set_lattice(settings: Settings, cell: float, offset: Point | None) -> Setti
 
 def _stops(settings: Settings) -> list[Point]:
     """List the places to go to that are known before the start poses are drawn [m]; on a circle, starts are targets."""
-    stops = [*settings.targets, *settings.pool, *(stop for stops in settings.own_targets for stop in stops)]
+    own = (stop for stops in settings.own_targets for stop in stops)
+    stops = [*settings.targets, *kind_targets(settings), *settings.pool, *own]
     if settings.start.circle is not None:
-        return [*stops, *(pose[:2] for pose in poses_on_circle(*settings.start.circle, settings.robots))]
-    return stops + ([pose[:2] for pose in settings.start.poses or ()] if settings.return_home else [])
+        return [*stops, *(pose[:2] for pose in poses_on_circle(*settings.start.circle, settings.count))]
+    return stops + (_all_starts(settings) if settings.return_home else [])
+
+
+def _all_starts(settings: Settings) -> list[Point]:
+    """List the starts [m] that the scenario lists, also those of no robot."""
+    sections = (settings.start, *kind_starts(settings))
+    return [pose[:2] for section in sections for pose in section.poses or ()]
 
 
 def _count_stops_out_of_reach(cells: CellMap, settings: Settings, *, by_docks: bool = False) -> int:
@@ -171,12 +185,13 @@ def _can_reach_all_stops(cells: CellMap, settings: Settings, *, by_docks: bool =
         dock.cell if dock is not None else cells.nearest_standable(*stop)
         for stop, dock in zip(_stops(settings), docks, strict=True)
     ]
-    joined += [_first_cell(cells, pose[:2], settings) for pose in settings.start.poses or ()]
-    if settings.start.area is not None:
-        drawn = cells_within(cells, settings.start.area)
-        if len(drawn) < settings.robots:
-            return False
-        joined += drawn
+    joined += [_first_cell(cells, start, settings) for start in _all_starts(settings)]
+    for section in (settings.start, *kind_starts(settings)):
+        if section.area is not None:
+            drawn = cells_within(cells, section.area)
+            if len(drawn) < sum(start_of(settings, number)[0] is section for number in range(settings.count)):
+                return False
+            joined += drawn
     pieces = {cells.pieces[cell] for cell in joined}
     return len(pieces) <= 1 and OUTSIDE not in pieces
 
@@ -199,7 +214,8 @@ def _start_places(settings: Settings, robots: int) -> list[Point]:
     """List the places where robots start [m] that are known before the start poses are drawn."""
     if settings.start.circle is not None:
         return [pose[:2] for pose in poses_on_circle(*settings.start.circle, robots)]
-    return [pose[:2] for pose in (settings.start.poses or ())[:robots]]
+    placed = (start_of(settings, number) for number in range(robots))
+    return [section.poses[place][:2] for section, place in placed if place < len(section.poses or ()) and section.poses]
 
 
 def _count_poor_starts(cells: CellMap, settings: Settings, robots: int) -> int:

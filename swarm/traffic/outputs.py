@@ -5,7 +5,7 @@ from math import hypot
 from typing import Final, NamedTuple
 
 from swarm.geometry import Pose
-from swarm.maps.occupancy import Point
+from swarm.maps.occupancy import Disc, Point
 from swarm.messages.traffic import Moving, Record, Sighting, TrafficBroadcast
 from swarm.traffic.interface import MovingObstacle, TrafficActivity, TrafficInputs, TrafficOutputs
 from swarm.traffic.joint.protocol import JointPlanning
@@ -76,6 +76,8 @@ class RecordWriter:
             y=inputs.pose.y,
             error=inputs.uncertainty,
             speed=inputs.speed,
+            radius=self._settings.radius if self._settings.tells_body else None,
+            top=self._settings.top if self._settings.tells_body else None,
             goal=result.goal.cell,
             then=situation.then,
             idle=situation.idle,
@@ -246,11 +248,11 @@ def first_shut_cell(start: int, goal: int, shut: Collection[int], cells: CellMap
 def outputs_of(
     result: StepResult,
     peers: PeerRecords,
-    still: Sequence[Point],
+    still: Sequence[Disc],
     broadcast: TrafficBroadcast | None,
     settings: TrafficConstants,
 ) -> TrafficOutputs:
-    """Return the outputs of a step; ``still`` [m] are bodies that stand near, ``broadcast`` is told."""
+    """Return the outputs of a step; ``still`` are bodies that stand near, ``broadcast`` is told."""
     tick, held = result.situation.tick, result.progress.reservations.held
     place = result.progress.body_index(result.body.cell)
     first = result.progress.body_index_before_visit(result.body.cell, result.situation.stop_to_visit)
@@ -270,7 +272,7 @@ def outputs_of(
         drivable=tuple(dict.fromkeys((*alone, held[place], *result.free_drive))),
         unconstrained=bool(result.free_drive),
         waypoints=waypoints(result, ahead, alone, settings),
-        beside=(*peers.holder_places(held[place], tick), *still, *result.halt.bodies),
+        beside=(*peers.holder_bodies(held[place], tick), *still, *result.halt.bodies),
         may_drive=not result.halt.stopped,
         threats=result.threats,
         room=result.room,

@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from typing import Final
 
+from swarm.messages.traffic import Record
+
 LEAST_CLAIM: Final = 1.2  # cells, how far a robot must at least be able to claim
 NEAR: Final = 0.04  # m, how near to the last point of its way a robot stands
 LEANS: Final = 0.1  # m, how far a robot may be from where it leans, or from its cell's middle: see CellMap.is_blind
@@ -30,13 +32,17 @@ class TrafficConstants:
     # ticks between two broadcasts while a robot listens or hears one that listens: at 50 % loss, 15 in a row are lost
     # once in 30,000
     often: int = 2
-    radius: float = 0.2  # m, of the robot's footprint
+    radius: float = 0.2  # m, of this robot's footprint
+    top: float = 0.9  # m/s, the most that this robot drives
+    widest: float = 0.2  # m, no footprint of the fleet is larger: of a robot whose record says no radius
+    tells_body: bool = False  # robots are unlike each other: a record says how wide and how fast its robot is
     margin: float = 0.03  # m, kept between the footprint and the edge of the held cells
     radio_range: float = 8.0  # m
     learns: bool = False  # robots are not given the floor: each plans on the cells that it has learned
     in_sight: bool = False  # walls stop the radio: a robot round a corner is not heard
     speed: float = 0.9  # m/s; no robot is faster: it limits how far a record may have moved since the last one
-    acceleration: float = 2.0  # m/s2; every robot brakes with it, and none gains speed faster
+    acceleration: float = 2.0  # m/s2; no robot gains speed faster
+    braking: float = 2.0  # m/s2; every robot brakes with that at least
     sensor_range: float = 1.6  # m, from the robot's edge
     reach: float = 0.4  # m, how near to a stop a robot has to come
 
@@ -79,15 +85,20 @@ class TrafficConstants:
     expansions: int = 20_000  # expansions for one joint plan, after which it is given up
     robot_openings: int = 6_000  # expansions times members in one step: about fifteen milliseconds
 
-    def reach_after(self, speed: float | None, time: float) -> tuple[float, float]:
+    def reach_after(self, speed: float | None, time: float, most: float | None = None) -> tuple[float, float]:
         """Return how far [m] a robot may drive in ``time`` [s], and how fast it may be then [m/s].
 
-        ``speed`` is how fast it is at first; None if nobody knows.
+        ``speed`` is how fast it is at first, ``most`` the fastest that it drives; None if nobody knows.
         """
-        speed = self.speed if speed is None else min(speed, self.speed)
-        gains = min(time, (self.speed - speed) / self.acceleration)
+        most = self.speed if most is None else min(most, self.speed)
+        speed = most if speed is None else min(speed, most)
+        gains = min(time, (most - speed) / self.acceleration)
         top = speed + self.acceleration * gains
         return (speed + top) / 2 * gains + top * (time - gains), top
+
+    def radius_of(self, record: Record) -> float:
+        """Return how wide a robot is at most [m], by its record."""
+        return self.widest if record.radius is None else record.radius
 
     @property
     def claim_radius(self) -> float:

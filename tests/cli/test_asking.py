@@ -120,7 +120,11 @@ def one_sentence(words: list[str], text: str, capsys: Capture) -> None:
         ("r9", ["corridor", "--at", "2"], "robot: expected one of r1, r2, got 'r9'"),
         ("r1", ["corridor", "--at", "-1"], "--at: expected 0 to 1e6 s, got -1"),
         ("r1", ["corridor", "--at", "nan"], "--at: expected 0 to 1e6 s, got nan"),
-        ("r1", ["corridor", "--at", "1", "--robots", "0"], "--robots: expected 1 to 1000, got 0"),
+        (
+            "r1",
+            ["corridor", "--at", "1", "--robots", "0"],
+            "--robots: expected 1 to 1000, or how many of each kind, such as scout=6,cart=2, got '0'",
+        ),
         ("r1", ["corridor", "--at", "1", "--robots", "3"], "own_targets: expected a list for each of 3 robots"),
         ("r1", ["corridor", "--at", "1", "--seed", "-1"], "--seed: expected 0 to 2**53, got -1"),
         ("r1", ["corridor", "--at", "1", "--run", "0"], "--run: expected a tape, got corridor"),

@@ -73,7 +73,7 @@ SAID: Final = {  # command: the sentence, without "swarm: "
     "add-robots 1 --at 1,1 --at 2,2":     "add-robots: expected 1 robot or more, and one for each --at, got 1 with 2 starts",
     "add-robots two":                     "add-robots: argument N: invalid int value: 'two'; see swarm add-robots --help",
     "add-robots 1 --id 'a b'":            "add-robots: id: expected 1 to 64 letters, digits or _ . : -, got 'a b'; correct it",
-    "setup --robots -3":                  "setup: robots: expected int >= 0, got -3; correct it",
+    "setup --robots -3":                  "--robots: expected 1 to 1000, or how many of each kind, such as scout=6,cart=2, got '-3'",
     "setup --speed 2":                    "setup: speed: expected float <= 1.0, got 2.0; correct it",
     "setup --cell 20":                    "setup: cell: expected float <= 10.0, got 20.0; correct it",
     "setup --map no.txt":                 "no.txt: expected a file, found none; check the path",

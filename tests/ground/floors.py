@@ -7,7 +7,8 @@ import shapely
 
 from swarm.maps.occupancy import Point
 from swarm.messages import Edit, Kind, Sense
-from swarm.robot.brain import Inputs, Outputs, Robot
+from swarm.robot.brain import Inputs, Robot
+from swarm.robot.outputs import Outputs
 from swarm.scenario.load import Scenario
 from tests.shared import scenario_of
 from world.simulate import Simulation

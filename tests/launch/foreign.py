@@ -8,7 +8,8 @@ import msgpack
 
 from swarm.bus.codec import decode, encode
 from swarm.messages import Broadcast, Command, Message, Sense, State, Welcome
-from swarm.robot.brain import Inputs, Outputs
+from swarm.robot.brain import Inputs
+from swarm.robot.outputs import Outputs
 from swarm.scenario.load import Scenario
 from tests.shared import ROOT
 from world.simulate import Simulation

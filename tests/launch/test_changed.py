@@ -21,7 +21,7 @@ from tests.launch.actors import SMALL
 
 
 def options_of(scenario: Scenario, **given: Any) -> Options:  # noqa: ANN401
-    return replace(Options(scenario=scenario, robots=scenario.settings.robots, pace="max"), **given)
+    return replace(Options(scenario=scenario, robots=scenario.settings.count, pace="max"), **given)
 
 
 @pytest.fixture
@@ -38,7 +38,8 @@ def missions(options: Options) -> list[Any]:
 
 def without_start(scenario: Scenario) -> dict[str, Any]:
     raw: dict[str, Any] = msgspec.to_builtins(scenario.settings)
-    return raw | {"start": None}
+    kinds = {name: kind | {"start": None} for name, kind in raw["kinds"].items()}  # they are in the scenario's start
+    return raw | {"start": None, "kinds": kinds}
 
 
 @pytest.mark.parametrize("name", shipped_scenarios())

@@ -59,8 +59,8 @@ def test_the_nearer_it_is_the_less_clearance_it_may_lose(gap: float, loss: float
 def test_a_body_that_came_near_takes_nothing_from_what_is_due_to_a_cell(speed: float, clear: bool) -> None:
     """A mover presses from behind; ahead is a cell that is not granted, at the clearance to keep."""
     boxes = np.array([[RADIUS + SAFETY.gap, -1.0, 2.0, 1.0]])
-    presses = np.array([[4.5 - 2 * RADIUS + 0.05, 4.5 + 0.5 * RADIUS]])
-    near = presses if speed >= 0.0 else presses + np.array([2 * RADIUS, 0.0])  # it backs out: the mover is ahead
+    presses = np.array([[4.5 - 2 * RADIUS + 0.05, 4.5 + 0.5 * RADIUS, RADIUS]])
+    near = presses if speed >= 0.0 else presses + np.array([2 * RADIUS, 0.0, 0.0])  # it backs out: the mover is ahead
     assert may_drive(speed, boxes, near) is clear
 
 
@@ -86,7 +86,7 @@ SLOPE = np.array([[10.0 * row + column for column in range(4)] for row in range(
 def test_between_the_middles_of_cells_the_clearance_is_interpolated(along: float, up: float, room: float) -> None:
     x, y = 7.0 + 0.1 * along, -3.0 + 0.1 * up
     got, _ = clearance_along(
-        SLOPE, 0.1, 7.0, -3.0, 0.0, NO_BODIES, RADIUS, x, y, 0.0,
+        SLOPE, 0.1, 7.0, -3.0, 0.0, NO_BODIES, x, y, 0.0,
         0.0, 0.0, 0.0, 0.0, DRIVE.track_width, MOST, DT, 1,
     )  # fmt: skip
     assert got == pytest.approx(room, abs=1e-6)

@@ -6,7 +6,8 @@ import msgspec
 
 from swarm.geometry import Pose
 from swarm.messages import Broadcast, Sense
-from swarm.robot.brain import Inputs, Outputs, Robot
+from swarm.robot.brain import Inputs, Robot
+from swarm.robot.outputs import Outputs
 from swarm.scenario.load import Scenario
 from swarm.scenario.starts import number_of
 from tests.shared import scenario_of

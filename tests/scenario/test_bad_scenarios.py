@@ -205,10 +205,10 @@ def test_bytes_are_no_scenario(tmp_runtime: Path, capsys: pytest.CaptureFixture[
 # fmt: off
 FLAGS = {
     "no robot a process":  (["--robots-per-process", "0"], "--robots-per-process: expected at least 1 robot, got 0"),
-    "too many robots":     (["--robots", "1001"], "--robots: expected 1 to 1000, got 1001"),
+    "too many robots":     (["--robots", "1001"], "--robots: expected 1 to 1000, or how many of each kind, such as scout=6,cart=2, got '1001'"),
     "a negative seed":     (["--seed", "-1"], "--seed: expected 0 to 2**53, got -1"),
-    "no robots":           (["--robots", "0"], "--robots: expected 1 to 1000, got 0"),
-    "robots in words":     (["--robots", "two"], "argument --robots: invalid int value: 'two'; see swarm run --help"),
+    "no robots":           (["--robots", "0"], "--robots: expected 1 to 1000, or how many of each kind, such as scout=6,cart=2, got '0'"),
+    "robots in words":     (["--robots", "two"], "--robots: expected 1 to 1000, or how many of each kind, such as scout=6,cart=2, got 'two'"),
     "no time":             (["--limit", "0"], "--limit: expected seconds above 0"),
     "not a time":          (["--limit", "nan"], "--limit: expected seconds above 0"),
     "no pace":             (["--pace", "fast"], "--pace: expected realtime, max or a factor from 0.001 to 1000, got 'fast'"),
@@ -274,5 +274,7 @@ def test_a_bad_endpoint_is_refused(endpoint: str, capsys: pytest.CaptureFixture[
 
 
 def test_world_refuses_what_run_refuses(tmp_runtime: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert "--robots: expected 1 to 1000, got 0" in refused(capsys, "world", str(PAPER), "--robots", "0")
+    assert "--robots: expected 1 to 1000, or how many of each kind, such as scout=6,cart=2, got '0'" in refused(
+        capsys, "world", str(PAPER), "--robots", "0"
+    )
     assert "--seed: expected 0" in refused(capsys, "world", str(PAPER), "--seed", "-2")

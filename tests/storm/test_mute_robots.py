@@ -7,7 +7,8 @@ import pytest
 from msgspec.structs import replace
 
 from swarm.messages import RobotAction, RobotDo
-from swarm.robot.brain import Inputs, Outputs, Robot
+from swarm.robot.brain import Inputs, Robot
+from swarm.robot.outputs import Outputs
 from swarm.scenario.load import load
 from swarm.storm.history.history import record
 from swarm.storm.laws.judge import judge

@@ -9,7 +9,8 @@ from msgspec.structs import replace
 
 from swarm.messages import Broadcast, Command, Event
 from swarm.messages.traffic import Claim, Record, TrafficBroadcast
-from swarm.robot.brain import Inputs, Outputs, Robot
+from swarm.robot.brain import Inputs, Robot
+from swarm.robot.outputs import Outputs
 from swarm.scenario.load import load
 from tests.shared import mostly_long
 from world.simulate import Simulation

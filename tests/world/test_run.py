@@ -220,14 +220,14 @@ def test_how_near_to_a_robot_a_wall_may_be_put_up(
     """At 2 m/s2; the wall is the cell from 6 m on, the robot's radius 0.2 m. If it is sensed later, it drives on."""
     scenario = scenario_of()
     further = late * (max(map(abs, wheels)) + 2.0 * DT) * DT if any(wheels) else 0.0
-    bodies = [("r1", Pose(6.0 - 0.2 - least - further - more, 3.5, 0.0), wheels)]
+    bodies = [("r1", Pose(6.0 - 0.2 - least - further - more, 3.5, 0.0), wheels, scenario.settings.robot)]
     wall, hole = (Edit(kind=kind, low=(6.2, 3.2), high=(6.8, 3.8)) for kind in (Kind.WALL, Kind.FREE))
-    apply_edit(scenario.map, hole, bodies, scenario.settings.robot, DT)
+    apply_edit(scenario.map, hole, bodies, DT)
     if allowed:
-        assert apply_edit(scenario.map, wall, bodies, scenario.settings.robot, DT, late).cells[3, 6]
+        assert apply_edit(scenario.map, wall, bodies, DT, late).cells[3, 6]
     else:
         with pytest.raises(ConfigError, match="r1 can stop before" if any(wheels) else "r1 stands there"):
-            apply_edit(scenario.map, wall, bodies, scenario.settings.robot, DT, late)
+            apply_edit(scenario.map, wall, bodies, DT, late)
 
 
 # --- what watchers see ---

@@ -241,14 +241,14 @@ GAPS = {
 @pytest.mark.parametrize("name", GAPS)
 def test_the_judge_of_gaps_on_named_cases(name: str) -> None:
     ticks, expected = GAPS[name]
-    judge = ClearanceJudge(from_text(ROOM, 1.0), 0.2)
+    judge = ClearanceJudge(from_text(ROOM, 1.0), [0.2] * len(ticks[0]))
     for positions in ticks:
         judge.observe(positions)
     assert judge.smallest == pytest.approx(expected)
 
 
 def test_without_anything_to_touch_the_gap_is_infinite() -> None:
-    judge = ClearanceJudge(from_text("...\n...\n", 1.0), 0.2)
+    judge = ClearanceJudge(from_text("...\n...\n", 1.0), [0.2])
     judge.observe([(1.0, 1.0)])
     assert judge.smallest == float("inf")
 

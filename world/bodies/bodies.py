@@ -16,6 +16,7 @@ from world.bodies.external import External, ExternalState
 from world.bodies.localisers import Localisers, LocaliserState, ToldPose
 from world.bodies.movers import Patrol
 from world.bodies.physics import Numbers, Physics
+from world.bodies.roster import GRACE, Roster
 from world.bodies.sensors import FreeDistances, Sensing, SensingState
 from world.bodies.shapes import Contact, PhysicsState
 
@@ -43,6 +44,7 @@ class BodiesState(NamedTuple):
     localisers: LocaliserState
     external: ExternalState
     physics: PhysicsState
+    loads: dict[int, float]
 
 
 class Bodies:
@@ -50,31 +52,33 @@ class Bodies:
 
     def __init__(
         self, scenario: Scenario, starts: Sequence[Pose], targets: Sequence[int], seed: int,
-        external: Mapping[str, int], edits: int, names: Sequence[str],
+        external: Mapping[str, int], edits: int, roster: Roster,
     ) -> None:  # fmt: skip
         """Begin at ``starts`` with so many ``targets`` for each robot; ``edits`` is how many there were in all runs.
 
-        ``names`` are those of the robots, also of those to come.
+        The ``roster`` says what each robot is, also of those to come.
         """
-        self._settings, robot = scenario.settings, scenario.settings.robot
+        self._settings, self.roster = scenario.settings, roster
         self.dt = 1.0 / self._settings.rate
-        self._drive = DifferentialDrive(robot.track_width)
-        self._top_speed = robot.top_speed
-        self.physics = Physics(scenario.map, robot.radius, starts, self._top_speed, self.dt)
+        self._drives = [DifferentialDrive(body.track_width) for body in roster.bodies]
+        fastest = [body.top_speed for body in roster.bodies]
+        self.physics = Physics(scenario.map, roster.radii(), starts, fastest, self.dt)
         self._movers = [Patrol(mover) for mover in self._settings.movers]
         for mover, patrol in zip(self._settings.movers, self._movers, strict=True):
             self.physics.add_mover(patrol.pose_at(0.0), mover.radius, mover.size)
         self.wheels = [(0.0, 0.0)] * len(starts)  # rim speeds now [m/s]
-        self.sensing = Sensing(self._settings.sensors, targets, seed)
-        self.localisers = Localisers(self._settings.localisation, names, seed, self.dt)
-        self.external = External(external, starts, self._top_speed, self.dt)
+        self.sensing = Sensing(roster, targets, seed)
+        self.localisers = Localisers(self._settings.localisation, roster.names, seed, self.dt)
+        self.external = External(external, starts, roster, self.dt)
         self.edits = edits
         self._recent: list[tuple[int, Edit]] = []  # tick, edit
         self.distances: list[FreeDistances] = []  # what robots sense at this tick
 
     def add_robot(self, start: Pose) -> None:
-        """Put one more robot on the floor, without targets."""
-        self.physics.add_robot(start)
+        """Put one more robot on the floor, without targets; it is in the roster already."""
+        body = self.roster.bodies[len(self._drives)]
+        self._drives.append(DifferentialDrive(body.track_width))
+        self.physics.add_robot(start, body.radius, body.top_speed)
         self.wheels.append((0.0, 0.0))
         self.sensing.add_robot()
         self.localisers.add_robot()
@@ -83,12 +87,13 @@ class Bodies:
     def state(self) -> BodiesState:
         """The state, which shares its values with this object."""
         parts = self.sensing.state, self.localisers.state, self.external.state, self.physics.state
-        return BodiesState(self.edits, self._recent, self.wheels, *parts)
+        return BodiesState(self.edits, self._recent, self.wheels, *parts, self.roster.loads)
 
     def restore(self, state: BodiesState) -> None:
         """Continue from a state on the same floor."""
         self.edits, self._recent, self.wheels, self.sensing.state = state[:4]
-        self.localisers.state, self.external.state, physics = state[4:]
+        self.localisers.state, self.external.state, physics, loads = state[4:]
+        self._take_loads(loads, -GRACE)
         self.physics.restore(physics)
         self.measure()
 
@@ -109,7 +114,7 @@ class Bodies:
 
     def twist(self, robot: int) -> Twist:
         """Return the twist of a robot by its wheels."""
-        return self._drive.twist(*self.wheels[robot])
+        return self._drives[robot].twist(*self.wheels[robot])
 
     def bearings(self, robot: int, targets: Numbers) -> list[float | None]:
         """Return the bearings [rad] of a robot's targets, (n, 2) [m]; None for those that it does not see."""
@@ -140,40 +145,53 @@ class Bodies:
 
     def measure(self) -> None:
         """Measure all distances as bodies and floor are now; the rays of all robots are cast at once."""
-        told = self.external.distances(self._settings.sensors.rays, self._settings.sensors.range)
+        told = self.external.distances()
         cast = self.sensing.all_distances(self.physics)
         self.distances = [told.get(number, distances) for number, distances in enumerate(cast)]
 
     # --- what changes them ---
 
+    def load(self, number: int, radius: float | None, tick: int) -> None:
+        """Give a robot a load that makes it as wide as ``radius`` [m], or take its load away."""
+        others = {robot: load for robot, load in self.roster.loads.items() if robot != number}
+        self._take_loads(others if radius is None else others | {number: radius}, tick)
+        self.measure()
+
+    def _take_loads(self, loads: dict[int, float], tick: int) -> None:
+        self.roster.take_loads(loads, tick)
+        for number, radius in enumerate(self.roster.radii()):
+            self.physics.set_radius(number, radius)
+
     def roll(self, tick: int, commands: Sequence[Command | None]) -> Moved:
         """Move all bodies from a tick to the next, by the commands in force; a robot without one brakes."""
         self._recent = [(when, edit) for when, edit in self._recent if tick - when <= self._settings.rate]
-        fastest, most = self._top_speed, self._settings.robot.wheel_acceleration * self.dt
         wanted = [(command.left, command.right) if command else (0.0, 0.0) for command in commands]
-        ramp = [ramp_wheels(wheels, speeds, fastest, most) for wheels, speeds in zip(self.wheels, wanted, strict=True)]
+        ramp = [
+            ramp_wheels(wheels, speeds, body.top_speed, body.wheel_acceleration * self.dt)
+            for wheels, speeds, body in zip(self.wheels, wanted, self.roster.bodies, strict=True)
+        ]
         reported = self.external.step(tick, self.floor)
         self.wheels = [reported.wheels.get(number, wheels) for number, wheels in enumerate(ramp)]
         twists, movers = (
-            [self._drive.twist(*wheels) for wheels in self.wheels],
+            [drive.twist(*wheels) for drive, wheels in zip(self._drives, self.wheels, strict=True)],
             self.mover_poses(tick * self.dt + self.dt),
         )
         contacts = self.physics.roll(twists, movers, reported.poses, reported.jumped)
         physics = self.physics
         return Moved(self.poses(), self.wheels, contacts, physics.touching, physics.touched_at, reported.said)
 
-    def floor_after(self, edit: Edit, names: Sequence[str], *, sensed: bool) -> OccupancyMap:
-        """Return the floor after an edit; ``names`` are those of the robots, and say if they have ``sensed`` this tick.
+    def floor_after(self, edit: Edit, *, sensed: bool) -> OccupancyMap:
+        """Return the floor after an edit; say if the robots have ``sensed`` this tick.
 
         Raises:
             ConfigError: the edit is outside the map, or a robot stands there or could not stop before it.
         """
-        bodies = zip(names, self.poses(), self.wheels, strict=True)
-        return apply_edit(self.floor, edit, bodies, self._settings.robot, self.dt, int(sensed))
+        bodies = zip(self.roster.names, self.poses(), self.wheels, self.roster.bodies, strict=True)
+        return apply_edit(self.floor, edit, bodies, self.dt, int(sensed))
 
-    def edit(self, edit: Edit, names: Sequence[str], tick: int, *, sensed: bool) -> bool:
+    def edit(self, edit: Edit, tick: int, *, sensed: bool) -> bool:
         """Add or remove walls. Return False if it changes nothing. For the errors see ``edited``."""
-        floor = self.floor_after(edit, names, sensed=sensed)
+        floor = self.floor_after(edit, sensed=sensed)
         if np.array_equal(floor.cells, self.floor.cells):
             return False
         self.physics.set_floor(floor)

@@ -17,12 +17,11 @@ from swarm.settings import RobotSettings
 def apply_edit(
     floor: OccupancyMap,
     edit: Edit,
-    bodies: Iterable[tuple[str, Pose, tuple[float, float]]],
-    robot: RobotSettings,
+    bodies: Iterable[tuple[str, Pose, tuple[float, float], RobotSettings]],
     dt: float,
     late: int = 0,
 ) -> OccupancyMap:
-    """Return the edited floor; ``bodies`` are name, pose and rim speeds [m/s], ``dt`` is the length of a tick [s].
+    """Return the edited floor; ``bodies`` are name, pose, rim speeds [m/s] and settings, ``dt`` is a tick [s].
 
     Robots sense it ``late`` ticks later than now.
 
@@ -36,7 +35,7 @@ def apply_edit(
     if kind == FREE:
         return changed
     block = Polygon(changed.corners(low, high))
-    for name, pose, wheels in bodies:
+    for name, pose, wheels, robot in bodies:
         gap = block.distance(ShapelyPoint(pose.x, pose.y)) - robot.radius
         if gap <= 0.0:
             raise ConfigError(f"edit: expected a free place for a {edit.kind.value}, {name} stands there; wait")

@@ -13,6 +13,7 @@ from swarm.maps.occupancy import OccupancyMap
 from swarm.messages import BODY, BodyReport
 from swarm.scenario.starts import robot_names as scenario_names
 from world.bodies.event_line import EventLine
+from world.bodies.roster import Roster
 from world.bodies.sensors import FreeDistances
 
 SLACK: Final = 0.02  # m that a body may seem to move beyond its top speed: it measures, too
@@ -50,10 +51,10 @@ class ExternalState(NamedTuple):
 class External:
     """The external bodies of one run."""
 
-    def __init__(self, numbers: Mapping[str, int], starts: Sequence[Pose], top_speed: float, dt: float) -> None:
-        self._numbers = numbers
+    def __init__(self, numbers: Mapping[str, int], starts: Sequence[Pose], roster: Roster, dt: float) -> None:
+        self._numbers, self._roster = numbers, roster
         self.told: Mapping[str, BodyReport] = {}  # the newest reports that have come
-        self._top_speed, self._dt = top_speed, dt
+        self._dt = dt
         self.state = ExternalState({number: starts[number] for number in numbers.values()}, {}, [])
 
     def step(self, tick: int, floor: OccupancyMap) -> Reported:
@@ -73,7 +74,8 @@ class External:
             if report is not None and (last is None or report.tick > last.tick):
                 pose, before = Pose(report.x, report.y, wrap(report.yaw)), poses[number]
                 ticks = report.tick - (-1 if last is None else last.tick)
-                moved, most = hypot(pose.x - before.x, pose.y - before.y), self._top_speed * self._dt * ticks + SLACK
+                most = self._roster.bodies[number].top_speed * self._dt * ticks + SLACK
+                moved = hypot(pose.x - before.x, pose.y - before.y)
                 if moved > most:
                     jumped.append(number)
                     text = f"jumped {moved:.2f} m in {ticks * self._dt:.2f} s, by its body's report"
@@ -92,10 +94,12 @@ class External:
                 said.append(EventLine("body_silent", text, name))
         return Reported(dict(poses), wheels, jumped, said)
 
-    def distances(self, rays: int, reach: float) -> dict[int, FreeDistances]:
-        """Return what bodies have measured themselves, of those that tell all their rays; ``reach`` in m."""
+    def distances(self) -> dict[int, FreeDistances]:
+        """Return what bodies have measured themselves, of those that tell all their rays."""
         found = {}
         for number, report in self.state.reports.items():
+            sensors = self._roster.settings(number).sensors
+            rays, reach = sensors.rays, sensors.range
             if number not in self.state.silent and len(report.rays) == 3 * rays:
                 told = [min(reach, ray) for ray in report.rays]
                 found[number] = FreeDistances(min(told[:rays]), min(told[rays : 2 * rays]), min(told[2 * rays :]), told)

@@ -28,12 +28,15 @@ KINDS: Final = {WALL: "wall", UNKNOWN: "wall", OBSTACLE: "obstacle", ROBOT: "rob
 class Physics:
     """The floor and the bodies on it; robots are known by their number."""
 
-    def __init__(self, floor: OccupancyMap, radius: float, poses: Sequence[Pose], top_speed: float, dt: float) -> None:
+    def __init__(
+        self, floor: OccupancyMap, radii: Sequence[float], poses: Sequence[Pose], top_speeds: Sequence[float], dt: float
+    ) -> None:
+        """Put robots with these ``radii`` [m] and ``top_speeds`` [m/s] on a floor; ``dt`` [s] is a control step."""
         self._space = pymunk.Space()
         self._space.collision_slop = 1e-4  # m; pymunk's default of 0.1 is for pixels
-        self._radius = radius
+        self._radii, self._fastest = list(radii), list(top_speeds)
         self._dt = dt
-        self._substeps = max(1, ceil(top_speed * dt / (radius / 4)))  # a body moves at most radius / 4 per check
+        self._substeps = self._count_substeps()
         self._contacts: list[Contact] = []
         self.touching: list[Contact] = []  # contacts that have begun and not ended
         self.touched_at: dict[Contact, Point] = {}  # m, of the contacts that began in the last step
@@ -45,7 +48,7 @@ class Physics:
         self._renewed = False  # new bodies were made since the first of the present contacts began
         self._known: Sequence[Contact] = ()  # contacts from before that, until pymunk has found them again
         self._sort()
-        self._discs = np.full((len(poses), 3), radius)  # m, of each in ``_round``: place and radius
+        self._discs = np.tile(np.array(self._radii)[:, None], 3)  # m, of each in ``_round``: place and radius
         self._boxes: Numbers = np.empty((0, 5))
         self._yaws: Numbers = np.empty(0)  # rad, of the robots, not wrapped
         self._poses: list[Pose] = []
@@ -80,14 +83,31 @@ class Physics:
         else:
             self._boxes = np.vstack([self._boxes, (pose.x, pose.y, pose.yaw, length / 2, width / 2)])
 
-    def add_robot(self, start: Pose) -> None:
+    def _count_substeps(self) -> int:
+        """Return the parts of a control step in which the fastest small body moves a quarter of its radius at most."""
+        bodies = zip(self._radii, self._fastest, strict=True)
+        return max([1, *(ceil(speed * self._dt / (radius / 4)) for radius, speed in bodies)])
+
+    def add_robot(self, start: Pose, radius: float, top_speed: float) -> None:
         """Put one more robot on the floor."""
         number = len(self._bodies)
+        self._radii.append(radius)
+        self._fastest.append(top_speed)
+        self._substeps = self._count_substeps()
         self._bodies.append(self._add(number, start))
         self._sort()
-        self._discs = np.insert(self._discs, number, (start.x, start.y, self._radius), axis=0)
+        self._discs = np.insert(self._discs, number, (start.x, start.y, radius), axis=0)
         self._rolled = [*self._rolled, STILL] if self._rolled else []
         self._stale = True
+
+    def set_radius(self, number: int, radius: float) -> None:
+        """Make a robot wider or narrower [m]: it has taken up a load, or put it down."""
+        self._radii[number] = self._discs[number, 2] = radius
+        self._substeps = self._count_substeps()
+        for shape in self._bodies[number].shapes:
+            assert isinstance(shape, pymunk.Circle)
+            shape.unsafe_set_radius(radius)
+        self._space.reindex_shapes_for_body(self._bodies[number])
 
     def _sort(self) -> None:
         """List what rays see as discs, robots first, and what they see as boxes."""
@@ -107,7 +127,7 @@ class Physics:
     def _add(self, number: int, pose: Pose) -> pymunk.Body:
         body = pymunk.Body(mass=1.0, moment=inf)
         body.position, body.angle = (pose.x, pose.y), pose.yaw
-        shape = pymunk.Circle(body, self._radius)
+        shape = pymunk.Circle(body, self._radii[number])
         shape.collision_type = ROBOT
         shape.filter = pymunk.ShapeFilter(group=number + 1)  # names the robot in a contact
         self._space.add(body, shape)
@@ -227,12 +247,10 @@ class Physics:
             made.velocity, made.angular_velocity = (was.vx, was.vy), was.turning
         self._sort()
 
-    def cast_all(self, angles: Numbers, reach: float) -> Numbers:
-        """Measure the free distances [m] of all robots along the same rays: (robots, angles)."""
+    def cast_all(self, robots: NDArray[np.int64], angles: Numbers, reach: float) -> Numbers:
+        """Measure the free distances [m] of some robots along the same rays: (robots, angles)."""
         self._place()
-        measured: Numbers = rays.cast_all(
-            *self._ground, self._yaws, self._discs, self._boxes, angles, self._radius, reach
-        )
+        measured: Numbers = rays.cast_all(*self._ground, robots, self._yaws, self._discs, self._boxes, angles, reach)
         return measured
 
     def sees(self, a: Point, b: Point) -> bool:

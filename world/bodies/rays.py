@@ -44,30 +44,31 @@ def _to_box(
     return enter if enter <= leave else inf
 
 
-@njit("f8[:, ::1](u1[:, ::1], f8, f8, f8, f8, f8[::1], f8[:, ::1], f8[:, ::1], f8[::1], f8, f8)", cache=True)
+@njit("f8[:, ::1](u1[:, ::1], f8, f8, f8, f8, i8[::1], f8[::1], f8[:, ::1], f8[:, ::1], f8[::1], f8)", cache=True)
 def cast_all(
     solid: NDArray[np.uint8],
     side: float,  # m, of a cell
     origin_x: float,
     origin_y: float,
     origin_yaw: float,
-    yaws: Numbers,  # rad, of the robots
+    robots: NDArray[np.int64],  # those whose rays are cast
+    yaws: Numbers,  # rad, of all robots
     discs: Numbers,  # (n, 3): x, y, radius [m]; the robots first
     boxes: Numbers,  # (n, 5): x, y, yaw, half length, half width [m]
     angles: Numbers,
-    radius: float,  # m, of a robot
     reach: float,  # m
 ) -> Numbers:
-    """Return the free distances [m, 0..reach] from every robot's edge along rays at body ``angles`` [rad].
+    """Return the free distances [m, 0..reach] from the edge of some robots along rays at body ``angles`` [rad].
 
     The shape is (robots, angles). A robot does not see its own disc.
     """
     cos_o, sin_o = cos(origin_yaw), sin(origin_yaw)
-    far = radius + reach  # m, from the centre
-    found = np.empty((yaws.size, angles.size))
+    found = np.empty((robots.size, angles.size))
     near = np.empty(discs.shape[0], np.int64)
-    for robot in range(yaws.size):
-        x, y = discs[robot, 0], discs[robot, 1]
+    for row in range(robots.size):
+        robot = robots[row]
+        x, y, radius = discs[robot, 0], discs[robot, 1], discs[robot, 2]
+        far = radius + reach  # m, from the centre
         u = (cos_o * (x - origin_x) + sin_o * (y - origin_y)) / side
         v = (cos_o * (y - origin_y) - sin_o * (x - origin_x)) / side
         # discs in reach
@@ -86,7 +87,7 @@ def cast_all(
             for b in range(boxes.shape[0]):
                 box = boxes[b]
                 nearest = min(nearest, _to_box(x, y, dx, dy, box[0], box[1], box[2], box[3], box[4]))
-            found[robot, k] = min(reach, max(0.0, nearest - radius))
+            found[row, k] = min(reach, max(0.0, nearest - radius))
     return found
 
 

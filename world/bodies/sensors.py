@@ -5,12 +5,14 @@ from math import radians
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from swarm.geometry import Pose, bearing, wrap
 from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.robot.sectors import sectors
-from swarm.settings import SensorSettings
+from swarm.settings import SensorSettings, Settings
 from world.bodies.physics import Numbers, Physics
+from world.bodies.roster import Roster
 
 
 class FreeDistances(NamedTuple):
@@ -45,16 +47,32 @@ class SensingState(NamedTuple):
     errors: list[Errors]
 
 
+class Rays(NamedTuple):
+    """The rays of all robots of a kind."""
+
+    robots: NDArray[np.int64]
+    sensors: SensorSettings
+    angles: Numbers  # rad, from the heading
+
+    @classmethod
+    def of(cls, settings: Settings, robots: Sequence[int]) -> "Rays":
+        """Return the rays of robots that have these settings."""
+        sensors = settings.sensors
+        angles = np.array([angle for sector in sectors(sensors) for angle in sector])
+        return cls(np.array(robots, np.int64), sensors, angles)
+
+
 class Sensing:
     """The sensors of all robots. Readings draw nothing: the same bodies on the same floor give the same readings.
 
     Each robot has its own noise generator, with the same number of draws each tick.
     """
 
-    def __init__(self, settings: SensorSettings, targets: Sequence[int], seed: int) -> None:
-        """Begin with robots that have so many ``targets``, and draw their first noise."""
-        self._settings = settings
-        self._angles = np.array([angle for sector in sectors(settings) for angle in sector])
+    def __init__(self, roster: Roster, targets: Sequence[int], seed: int) -> None:
+        """Begin with the robots of the roster, that have so many ``targets``, and draw their first noise."""
+        self._roster = roster
+        self._rays: list[Rays] = []  # of each kind
+        self._grouped = 0  # robots that these are of
         self._seed = seed
         self.state = SensingState([], [])
         for count in targets:
@@ -77,32 +95,37 @@ class Sensing:
         errors += self._bearing_errors(robot, targets - len(errors))
 
     def _draw_errors(self, robot: int, targets: int) -> Errors:
-        noise = self._settings.noise
-        rays = self.state.noise[robot].normal(0.0, noise, len(self._angles)).tolist() if noise else []
+        sensors = self._roster.settings(robot).sensors
+        rays = self.state.noise[robot].normal(0.0, sensors.noise, 3 * sensors.rays).tolist() if sensors.noise else []
         return Errors(rays, self._bearing_errors(robot, targets))
 
     def _bearing_errors(self, robot: int, count: int) -> list[float]:
-        noise = radians(self._settings.bearing_noise_deg)
+        noise = radians(self._roster.settings(robot).sensors.bearing_noise_deg)
         drawn: list[float] = self.state.noise[robot].normal(0.0, noise, count).tolist() if noise and count > 0 else []
         return drawn
 
     def all_distances(self, physics: Physics) -> list[FreeDistances]:
-        """Return the distances of every robot; all rays are cast at once."""
-        found = physics.cast_all(self._angles, self._settings.range)
-        return [self._read(robot, rays) for robot, rays in enumerate(found.tolist())]
+        """Return the distances of every robot; all rays of a kind are cast at once."""
+        if len(self._roster) != self._grouped:
+            self._grouped, self._rays = len(self._roster), [Rays.of(*group) for group in self._roster.groups()]
+        read: dict[int, FreeDistances] = {}
+        for robots, sensors, angles in self._rays:
+            found = physics.cast_all(robots, angles, sensors.range).tolist()
+            read |= {robot: self._read(robot, sensors, row) for robot, row in zip(robots.tolist(), found, strict=True)}
+        return [read[robot] for robot in range(len(read))]
 
-    def _read(self, robot: int, rays: list[float]) -> FreeDistances:
-        settings, n = self._settings, self._settings.rays
-        if settings.noise:
+    def _read(self, robot: int, sensors: SensorSettings, rays: list[float]) -> FreeDistances:
+        n = sensors.rays
+        if sensors.noise:
             errors = self.state.errors[robot].rays
-            rays = [min(settings.range, max(0.0, ray + error)) for ray, error in zip(rays, errors, strict=True)]
+            rays = [min(sensors.range, max(0.0, ray + error)) for ray, error in zip(rays, errors, strict=True)]
         return FreeDistances(min(rays[:n]), min(rays[n : 2 * n]), min(rays[2 * n :]), rays)
 
     def bearings(
         self, physics: Physics, robot: int, pose: Pose, targets: Sequence[Point] | Numbers
     ) -> list[float | None]:
         """Return the bearing [rad, left positive] of each target that no wall hides, None for the others."""
-        noise = self._settings.bearing_noise_deg
+        noise = self._roster.settings(robot).sensors.bearing_noise_deg
         last = self._shown.get(robot)
         if last and not noise and last.pose == pose and last.targets is targets and last.floor is physics.floor:
             return last.bearings

@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterable, Mapping
 from time import monotonic
 from typing import Final
 
+from msgspec import UNSET
 from msgspec.structs import replace
 
 from swarm.bus import Bus
@@ -33,7 +34,8 @@ def floor(scenario: Scenario, world: World) -> Map:
     """Return the map of a scenario with its settings and the start of each robot of a world."""
     settings, packed = scenario.to_wire()
     homes = dict(zip(world.robots, world.starts, strict=True))
-    return Map(packed=packed, scenario=replace(settings, starts=homes), edits=world.bodies.edits)
+    kinds = dict(zip(world.robots, world.roster.kinds, strict=True)) if world.settings.kinds else UNSET
+    return Map(packed=packed, scenario=replace(settings, starts=homes, kinds=kinds), edits=world.bodies.edits)
 
 
 class Publisher:

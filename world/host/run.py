@@ -12,7 +12,7 @@ from swarm.bus import Bus
 from swarm.maps.wire import unpack
 from swarm.messages import Accepted, Clock, Event, Phase, Places, Sense, State, Status, Truth
 from swarm.scenario.load import Scenario
-from swarm.scenario.prepare import planning_grid, prepare
+from swarm.scenario.prepare import prepare
 from swarm.settings import Pace
 from swarm.suspend_clock import Awake
 from swarm.tape.writer import Tape
@@ -55,7 +55,7 @@ class Run:
         given_up: Path | None = None,
         tape: Path | None = None,
     ) -> None:
-        self.scenario, _, self._starts = prepare(scenario, robots, seed)
+        self.scenario, self._starts = prepare(scenario, robots, seed)
         self.seed, self.pace, self._limit = seed, pace, limit
         self._saver = Saver(snapshot, self.scenario, seed, log)
         self.outside = check_external(outside, robots)
@@ -314,7 +314,7 @@ class Run:
 
     def _shortest(self) -> list[float | None]:
         """Return each robot's shortest length [m] on the floor at the end; it takes long, so it is computed once."""
-        self._lengths = self._lengths or shortest_lengths(self.world, planning_grid(self.scenario))
+        self._lengths = self._lengths or shortest_lengths(self.world)
         return self._lengths
 
     def report(self) -> dict[str, object]:

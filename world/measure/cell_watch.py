@@ -8,6 +8,7 @@ from typing import Final, NamedTuple
 from swarm.geometry import Pose
 from swarm.messages import Activity, Command
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
+from world.bodies.roster import Roster
 from world.measure.state import ReservationFault, TrafficState, WatchState
 from world.measure.steering import IDLE
 
@@ -24,6 +25,7 @@ class Watched(NamedTuple):
     moved: bool  # it made progress since the last tick
     waits: Sequence[str] = ()  # the robots that it waits for
     mute: bool = False  # it says nothing of traffic, and holds nothing
+    radius: float = 0.2  # m
 
 
 Found = tuple[str, tuple[str, ...], tuple[int, ...]]  # kind, robots, cells
@@ -32,14 +34,14 @@ Found = tuple[str, tuple[str, ...], tuple[int, ...]]  # kind, robots, cells
 class TrafficWatch:
     """The faults as they begin, and the counts for the report, from true poses and the cells that robots declare."""
 
-    def __init__(self, cells: CellMap, robots: Sequence[str], radius: float, tick: float) -> None:
-        """Begin with the names of the ``robots``, their ``radius`` [m] and the length of a ``tick`` [s]."""
-        self.cells, self.radius, self.tick = cells, radius, tick
-        self._robots = robots
+    def __init__(self, cells: CellMap, roster: Roster, tick: float) -> None:
+        """Begin with the robots of the ``roster`` and the length of a ``tick`` [s]."""
+        self.cells, self.tick = cells, tick
+        self._roster = roster
         self.state = TrafficState(poses=(), watch=WatchState())
 
     def add_robot(self, start: Pose) -> None:
-        """Judge one more robot from now on; its name is in the list of robots already."""
+        """Judge one more robot from now on; it is in the roster already."""
         self.state.poses = [*self.state.poses, start] if self.state.poses else ()
 
     def look(
@@ -48,13 +50,21 @@ class TrafficWatch:
         """Return the faults of a tick, judged from all poses, the ``fresh`` commands and each robot's last command."""
         before, self.state.poses = self.state.poses or poses, poses
         robots, plans = dict[str, Watched](), 0
-        for number, name in enumerate(self._robots):
+        for number, name in enumerate(self._roster.names):
             command = last[number]
             if not command.held and command.activity is Activity.READY:
                 continue  # the robot has not sent a command yet
             wants = command.activity not in IDLE
             moved = poses[number] != before[number]
-            robots[name] = Watched(poses[number], command.held, wants, moved, command.waits, not command.held)
+            robots[name] = Watched(
+                poses[number],
+                command.held,
+                wants,
+                moved,
+                command.waits,
+                not command.held,
+                self._roster.radius_to_hold(number, tick),
+            )
             plans += sum(kind == "joint_plan" for kind, _ in command.notes) if name in fresh else 0
         self.state.watch.joint_plans += plans
         return self.judge(tick, robots)
@@ -89,7 +99,7 @@ class TrafficWatch:
     def _outside(self, robots: Mapping[str, Watched]) -> list[Found]:
         found: list[Found] = []
         for robot, seen in robots.items():
-            touched = self.cells.cells_under_disc(seen.pose.x, seen.pose.y, self.radius - NUMERIC)
+            touched = self.cells.cells_under_disc(seen.pose.x, seen.pose.y, seen.radius - NUMERIC)
             strayed = tuple(cell for cell in touched if cell not in seen.held)
             if strayed:
                 found.append(("outside", (robot,), strayed))
@@ -103,7 +113,7 @@ class TrafficWatch:
         """
         state = self.state.watch
         under = {
-            robot: set(self.cells.cells_under_disc(seen.pose.x, seen.pose.y, self.radius - NUMERIC)) - {OUTSIDE}
+            robot: set(self.cells.cells_under_disc(seen.pose.x, seen.pose.y, seen.radius - NUMERIC)) - {OUTSIDE}
             for robot, seen in mutes.items()
         }
         found: list[Found] = []
@@ -125,13 +135,13 @@ class TrafficWatch:
 
     def _contacts(self, robots: Mapping[str, Watched]) -> list[Found]:
         found: list[Found] = []
-        state, width = self.state.watch, 2 * self.radius
+        state, widest = self.state.watch, 2 * max([seen.radius for seen in robots.values()], default=0.0)
         places = sorted((seen.pose.x, seen.pose.y, robot) for robot, seen in robots.items())
         for number, (ax, ay, one) in enumerate(places):
             for bx, by, other in islice(places, number + 1, None):
-                if bx - ax - width >= max(0.0, state.least_gap):
+                if bx - ax - widest >= max(0.0, state.least_gap):
                     break  # the rest is farther off still
-                gap = hypot(ax - bx, ay - by) - width
+                gap = hypot(ax - bx, ay - by) - (robots[one].radius + robots[other].radius)
                 if gap < state.least_gap:
                     state.least_gap = gap
                 if gap < 0:

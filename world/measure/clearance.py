@@ -14,11 +14,17 @@ BLOCK: Final = 256  # ticks judged at once, so that memory does not grow with th
 class ClearanceJudge:
     """A judge that gets all positions at every tick and keeps the smallest gap [m] between footprints or to a wall."""
 
-    def __init__(self, floor: OccupancyMap, radius: float) -> None:
-        self._radius = radius
+    def __init__(self, floor: OccupancyMap, radii: Sequence[float]) -> None:
+        """Judge robots with these radii [m] on a floor."""
+        self._radii = np.array(radii, np.float64)
         self._block: list[Sequence[tuple[float, ...]]] = []
         self._smallest = float("inf")
         self.set_floor(floor)
+
+    def set_radii(self, radii: Sequence[float]) -> None:
+        """Judge robots with these radii [m] from now on: one was added."""
+        self.settle()
+        self._radii = np.array(radii, np.float64)
 
     def set_floor(self, floor: OccupancyMap) -> None:
         """Judge against this floor from now on."""
@@ -58,10 +64,13 @@ class ClearanceJudge:
             moved[1:] = (places[1:] != places[:-1]).any(axis=2)
             points = shapely.points(places[moved])
             _, gaps = self._tree.query_nearest(points, return_distance=True, all_matches=False)
-            self._smallest = min(self._smallest, float(gaps.min()) - self._radius)
-        places = np.take_along_axis(places, places[:, :, :1].argsort(axis=1), axis=1)  # from west to east, in each tick
+            radii = np.broadcast_to(self._radii, places.shape[:2])[moved]
+            self._smallest = min(self._smallest, float((gaps - radii).min()))
+        order = places[:, :, 0].argsort(axis=1)  # from west to east, in each tick
+        places, radii = np.take_along_axis(places, order[:, :, None], axis=1), self._radii[order]
+        widest = 2 * float(self._radii.max(initial=0.0))  # m, of two bodies
         for later in range(1, places.shape[1]):
-            apart = places[:, later:] - places[:, :-later]
-            if apart[:, :, 0].min() - 2 * self._radius > self._smallest:
+            apart, both = places[:, later:] - places[:, :-later], radii[:, later:] + radii[:, :-later]
+            if apart[:, :, 0].min() - widest > self._smallest:
                 break  # all that follow in the row are farther off still
-            self._smallest = min(self._smallest, float(np.linalg.norm(apart, axis=2).min()) - 2 * self._radius)
+            self._smallest = min(self._smallest, float((np.linalg.norm(apart, axis=2) - both).min()))

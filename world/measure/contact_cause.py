@@ -10,6 +10,7 @@ from typing import Final
 from swarm.geometry import Pose
 from swarm.settings import MoverSettings
 from world.bodies.movers import Patrol
+from world.bodies.roster import Roster
 from world.bodies.shapes import Contact
 from world.measure.state import RecorderState
 
@@ -21,9 +22,9 @@ EXACT: Final = 1e-6  # m
 class Blame:
     """The verdict on contacts: it needs where the robots were, and which of them are being pushed."""
 
-    def __init__(self, movers: Sequence[MoverSettings], radius: float, counts: RecorderState, dt: float) -> None:
+    def __init__(self, movers: Sequence[MoverSettings], roster: Roster, counts: RecorderState, dt: float) -> None:
         self._movers = [(mover, Patrol(mover)) for mover in movers]
-        self._reach = 2 * radius  # m, from a robot's centre; what is farther away does not touch it
+        self._roster = roster
         self._dt = dt
         self.state = counts
         counts.before = [counts.last] * SPAN
@@ -68,8 +69,8 @@ class Blame:
             its, its_before = patrol.pose_at(now), patrol.pose_at(then)
             x, y = _nearest_core(mover, its, pose)
             apart = hypot(x - pose.x, y - pose.y)
-            if apart - (mover.radius or 0.0) > self._reach:
-                continue
+            if apart - (mover.radius or 0.0) > 2 * self._roster.radius(robot):
+                continue  # it is too far away to touch
             towards = atan2(y - pose.y, x - pose.x)
             ux, uy = cos(towards), sin(towards)
             mine = (pose.x - was.x) * ux + (pose.y - was.y) * uy

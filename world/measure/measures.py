@@ -4,12 +4,13 @@ from collections.abc import Mapping, Sequence
 
 from swarm.geometry import Pose
 from swarm.maps.occupancy import OccupancyMap
-from swarm.messages import Command
+from swarm.messages import Command, RobotAction
 from swarm.scenario.load import Scenario
 from swarm.traffic.lattice.cell_map import CellMap
 from swarm.traffic.lattice.placement import cells_of
 from world.bodies.bodies import Moved
 from world.bodies.event_line import EventLine
+from world.bodies.roster import Roster
 from world.measure.cell_watch import TrafficWatch
 from world.measure.progress import ProgressWatch
 from world.measure.recorder import WAITING, Recorder
@@ -19,15 +20,15 @@ from world.measure.verdict import Verdict
 
 
 class Measures:
-    """All measures, robots by their numbers; ``robots`` are their names, to which others may be added."""
+    """All measures, robots by their numbers; the ``roster`` says what they are, and others may be added to it."""
 
-    def __init__(self, scenario: Scenario, starts: Sequence[Pose], robots: Sequence[str]) -> None:
-        self._settings, self._robots = scenario.settings, robots
-        dt, radius = 1.0 / scenario.settings.rate, scenario.settings.robot.radius
-        self.recorder = Recorder(scenario, starts, dt)
-        self.reservations = TrafficWatch(cells_of(scenario.map, scenario.settings), robots, radius, dt)
+    def __init__(self, scenario: Scenario, starts: Sequence[Pose], roster: Roster) -> None:
+        self._settings, self._roster, self._robots = scenario.settings, roster, roster.names
+        dt = 1.0 / scenario.settings.rate
+        self.recorder = Recorder(scenario, roster, starts, dt)
+        self.reservations = TrafficWatch(cells_of(scenario.map, scenario.settings), roster, dt)
         self.progress = ProgressWatch(len(starts))
-        self.steering = SteeringWatch(scenario, starts)
+        self.steering = SteeringWatch(roster, starts, dt)
         self.verdict = Verdict()
 
     @property
@@ -44,7 +45,7 @@ class Measures:
 
     @property
     def cells(self) -> CellMap:
-        """The cells of the floor as it is."""
+        """The cells of the floor as it is; for a robot of a kind, ``Roster.cells`` says how they are joined."""
         return self.reservations.cells
 
     def add_robot(self, start: Pose, time: float) -> None:
@@ -58,6 +59,12 @@ class Measures:
         """Measure on this floor from now on."""
         self.recorder.judge.set_floor(floor)
         self.reservations.cells = cells_of(floor, self._settings)
+
+    def take_load(self, robot: int, request: RobotAction, time: float) -> None:
+        """Record a robot's new load, by the roster, from a time [s] on."""
+        self.recorder.judge.set_radii(self._roster.radii())
+        self.recorder.request(robot, request)
+        self.begin(robot, time)
 
     def begin(self, robot: int, time: float) -> None:
         """Judge a robot that was asked for something else from a time [s] on."""

@@ -12,6 +12,7 @@ import msgspec
 from swarm.geometry import Pose, distance
 from swarm.messages import Activity, Command, Message
 from swarm.scenario.load import Scenario
+from world.bodies.roster import Roster
 from world.bodies.shapes import Contact
 from world.measure.clearance import ClearanceJudge
 from world.measure.contact_cause import MOVES, Blame, stands
@@ -24,17 +25,17 @@ WAITING: Final = (Activity.GIVE_WAY, Activity.BLOCKED)
 class Recorder:
     """The record of one run. The world feeds it tick by tick."""
 
-    def __init__(self, scenario: Scenario, starts: Sequence[Pose], dt: float) -> None:
-        self._dt = dt
-        self.judge = ClearanceJudge(scenario.map, scenario.settings.robot.radius)
+    def __init__(self, scenario: Scenario, roster: Roster, starts: Sequence[Pose], dt: float) -> None:
+        self._dt, self._roster = dt, roster
+        self.judge = ClearanceJudge(scenario.map, roster.radii())
         self.counts = RecorderState(last=starts)
-        self.blame = Blame(scenario.settings.movers, scenario.settings.robot.radius, self.counts, dt)
+        self.blame = Blame(scenario.settings.movers, roster, self.counts, dt)
         for _ in starts:
             self._add_row()
 
     def add_robot(self, start: Pose) -> None:
-        """Record one more robot from now on."""
-        self.judge.settle()  # it judges ticks with equally many robots at once
+        """Record one more robot of the roster from now on."""
+        self.judge.set_radii(self._roster.radii())
         self.blame.add_robot(start)
         self.counts.last = [*self.counts.last, start]
         self._add_row()

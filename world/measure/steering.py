@@ -8,10 +8,9 @@ from collections.abc import Sequence
 from math import degrees, nan
 from typing import Any, Final
 
-from swarm.fuzzy import Controller
 from swarm.geometry import Pose, distance, wrap
 from swarm.messages import COMMAND, Activity, Command, Steering
-from swarm.scenario.load import Scenario
+from world.bodies.roster import Roster
 from world.bodies.sensors import FreeDistances
 from world.measure.state import SteeringState
 
@@ -50,10 +49,8 @@ def classify(commanded: RimSpeeds, tables: RimSpeeds) -> Steering:
 class SteeringWatch:
     """The labels of all commands, and how many ticks, metres driven and radians turned each label has."""
 
-    def __init__(self, scenario: Scenario, starts: Sequence[Pose]) -> None:
-        self._controller = Controller(scenario.profile)
-        self._robot = scenario.settings.robot
-        self._dt = 1.0 / scenario.settings.rate
+    def __init__(self, roster: Roster, starts: Sequence[Pose], dt: float) -> None:
+        self._roster, self._dt = roster, dt
         self._kept = round(COMMAND.timeout / self._dt) + 1  # ticks: an older command is not in force
         weights = {label: [0.0, 0.0, 0.0] for label in Steering}
         self.state = SteeringState(poses=starts, weights=weights, labels=[None] * len(starts))
@@ -98,9 +95,10 @@ class SteeringWatch:
         sensed = self.state.sensed.get((number, command.tick))
         if sensed is None:
             return nan, nan  # they differ from every command
-        unit, speed = self._robot.distance_scale * command.scale, self._robot.speed_scale
+        robot, controller = self._roster.bodies[number], self._roster.controller(number)
+        unit, speed = robot.distance_scale * command.scale, robot.speed_scale
         distances = sensed.left / unit, sensed.front / unit, sensed.right / unit
-        left, right = self._controller.wheel_speeds(*distances, -degrees(command.heading))
+        left, right = controller.wheel_speeds(*distances, -degrees(command.heading))
         return left * speed, right * speed
 
     def report(self) -> dict[str, Any]:

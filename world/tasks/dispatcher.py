@@ -11,13 +11,14 @@ from typing import Final
 import numpy as np
 
 from swarm.geometry import Pose, distance
-from swarm.maps.occupancy import Point
+from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.messages import Activity, Command, PoolTargets
 from swarm.settings import Settings
-from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
+from swarm.traffic.lattice.cell_map import OUTSIDE
 from swarm.traffic.lattice.distances import FAR
 from swarm.traffic.lattice.placement import comes_near
 from world.bodies.event_line import EventLine
+from world.bodies.roster import Roster
 from world.tasks.assignment import cheapest_pairs
 from world.tasks.missions import Missions
 from world.tasks.orders import OrderChange
@@ -37,9 +38,9 @@ NO_BID: Final = 1e9  # m
 class Dispatcher:
     """The pool of one run and the robots that serve it, by their numbers."""
 
-    def __init__(self, settings: Settings, missions: Missions, robots: Sequence[str]) -> None:
+    def __init__(self, settings: Settings, missions: Missions, roster: Roster) -> None:
         self.pool = TaskPool.pool_of(settings.pool)
-        self._settings, self._missions, self._robots = settings, missions, robots
+        self._settings, self._missions, self._roster, self._robots = settings, missions, roster, roster.names
         self._every = max(1, round(EVERY * settings.rate))
 
     def add(self, request: PoolTargets, poses: Sequence[Pose], reachable: Reachable, time: float) -> OrderChange:
@@ -51,20 +52,27 @@ class Dispatcher:
 
         def check(targets: Sequence[Point]) -> None:
             for number, target in enumerate(targets, start=1):
-                if all(reachable.wrong("", pose[:2], target) for pose in poses):
-                    reachable.check(self._robots[0], poses[0][:2], [target], number)
+                if all(reachable.wrong(robot, pose[:2], target) for robot, pose in enumerate(poses)):
+                    reachable.check(0, poses[0][:2], [target], number)
 
         return self.pool.add(request, time, check)
 
-    def has_waiting_errand(self, poses: Sequence[Pose], cells: CellMap, commands: Sequence[Command], tick: int) -> bool:
+    def has_waiting_errand(
+        self, poses: Sequence[Pose], floor: OccupancyMap, commands: Sequence[Command], tick: int
+    ) -> bool:
         """Return True if an errand waits that some robot could take, now or when it is free."""
         if not (waiting := self.pool.waiting):
             return False
         robots = [robot for robot in range(len(self._robots)) if self._serves(robot, commands[robot], tick, GONE)]
-        return any(self._bid(robot, poses[robot], errand, cells) < NO_BID for errand in waiting for robot in robots)
+        return any(self._bid(robot, poses[robot], errand, floor) < NO_BID for errand in waiting for robot in robots)
 
     def step(
-        self, poses: Sequence[Pose], cells: CellMap, commands: Sequence[Command], standing: Sequence[float], tick: int
+        self,
+        poses: Sequence[Pose],
+        floor: OccupancyMap,
+        commands: Sequence[Command],
+        standing: Sequence[float],
+        tick: int,
     ) -> list[EventLine]:
         """Settle the errands that robots have, and hand out those that wait; return what has changed.
 
@@ -72,22 +80,27 @@ class Dispatcher:
         """
         if not self.pool.open:
             return []
-        said = self._settle(poses, cells, commands, standing, tick)
+        said = self._settle(poses, floor, commands, standing, tick)
         if tick % self._every == 0:
-            said += self._hand_out(poses, cells, commands, tick)
+            said += self._hand_out(poses, floor, commands, tick)
         return said
 
     # --- errands that robots have ---
 
     def _settle(
-        self, poses: Sequence[Pose], cells: CellMap, commands: Sequence[Command], standing: Sequence[float], tick: int
+        self,
+        poses: Sequence[Pose],
+        floor: OccupancyMap,
+        commands: Sequence[Command],
+        standing: Sequence[float],
+        tick: int,
     ) -> list[EventLine]:
         said: list[EventLine] = []
         for errand in self.pool.taken_errands:
             robot = errand.robot
             assert robot is not None
             why = self._why_errand_ended(errand, robot, commands[robot], tick)
-            if why is None and STUCK < standing[robot] < inf and self._could_take_another(robot, poses[robot], cells):
+            if why is None and STUCK < standing[robot] < inf and self._could_take_another(robot, poses[robot], floor):
                 why = TaskChange.STUCK
             if why is TaskChange.REACHED:
                 self.pool.close(errand, tick / self._settings.rate)
@@ -110,23 +123,24 @@ class Dispatcher:
             return TaskChange.GIVEN_UP
         return TaskChange.LOST if self._silent(command, tick) > GONE else None
 
-    def _could_take_another(self, robot: int, pose: Pose, cells: CellMap) -> bool:
+    def _could_take_another(self, robot: int, pose: Pose, floor: OccupancyMap) -> bool:
         """Return True if an errand waits that the robot can reach and has not been stuck with."""
         others = (errand for errand in self.pool.waiting if robot not in errand.last)
-        return any(self._bid(robot, pose, errand, cells) < NO_BID for errand in others)
+        return any(self._bid(robot, pose, errand, floor) < NO_BID for errand in others)
 
     # --- errands that wait ---
 
     def _hand_out(
-        self, poses: Sequence[Pose], cells: CellMap, commands: Sequence[Command], tick: int
+        self, poses: Sequence[Pose], floor: OccupancyMap, commands: Sequence[Command], tick: int
     ) -> list[EventLine]:
         queue = self.pool.waiting
         free = [robot for robot, command in enumerate(commands) if queue and self._free(robot, command, tick)]
         if not free:
             return []
+        cells = self._roster.cells(floor, 0)  # whoever drives there: two errands in one cell are in each other's way
         driven_to = {cells.nearest_standable(*errand.at) for errand in self.pool.taken_errands}
         apart = (errand for errand in queue if cells.nearest_standable(*errand.at) not in driven_to)
-        bid_for = ((one, [self._bid(robot, poses[robot], one, cells) for robot in free]) for one in apart)
+        bid_for = ((one, [self._bid(robot, poses[robot], one, floor) for robot in free]) for one in apart)
         offers = list(islice((offer for offer in bid_for if min(offer[1]) < NO_BID), WINDOW))
         if not offers:
             return []
@@ -146,14 +160,15 @@ class Dispatcher:
                 said.append(EventLine("errand", text, self._robots[robot]))
         return said
 
-    def _bid(self, robot: int, pose: Pose, errand: Errand, cells: CellMap) -> float:
-        """Return the length [m] of a robot's way to an errand over cells."""
+    def _bid(self, robot: int, pose: Pose, errand: Errand, floor: OccupancyMap) -> float:
+        """Return the length [m] of a robot's way to an errand over its cells."""
+        cells = self._roster.cells(floor, robot)
         start, goal = cells.nearest_standable(*pose[:2]), cells.nearest_standable(*errand.at)
         if robot in errand.refused or OUTSIDE in {start, goal}:
             return NO_BID
         if (steps := cells.distances(goal)[start]) < FAR:
             return steps * cells.side
-        near = comes_near(cells, pose[:2], errand.at, self._settings)
+        near = comes_near(cells, pose[:2], errand.at, self._roster.settings(robot))
         return distance(pose, errand.at) if near else NO_BID
 
     def _free(self, robot: int, command: Command, tick: int) -> bool:

@@ -6,7 +6,6 @@ from typing import Final
 
 from swarm.maps.occupancy import Point
 from swarm.messages import Edit, Kind
-from swarm.traffic.lattice.placement import cells_of
 from world.bodies.bodies import Bodies
 from world.tasks.reachable import Reachable
 from world.tasks.tasks import Tasks
@@ -24,13 +23,15 @@ def find_cut_targets(tasks: Tasks, bodies: Bodies, edit: Edit, *, sensed: bool) 
     Raises:
         ConfigError: the edit is refused.
     """
-    floor = bodies.floor_after(edit, tasks.robots, sensed=sensed)
+    floor = bodies.floor_after(edit, sensed=sensed)
     if edit.kind is Kind.FREE or floor == bodies.floor:
         return floor != bodies.floor, []
-    before, after = (Reachable(tasks.settings, one, cells_of(one, tasks.settings)) for one in (bodies.floor, floor))
+    before, after = (Reachable(bodies.roster, one) for one in (bodies.floor, floor))
     here = [(pose.x, pose.y) for pose in bodies.poses()]
     lost = list(islice(_find_lost_targets(tasks, after, here), LOOKS))
-    led = [(who, what) for who, what, starts, there in lost if not all(before.wrong("", one, there) for one in starts)]
+    led = [
+        (who, what) for who, what, starts, there in lost if not all(before.wrong(*one, there) for one in starts.items())
+    ]
     return True, led
 
 
@@ -54,15 +55,16 @@ def _join_names(names: Sequence[str]) -> str:
 
 def _find_lost_targets(
     tasks: Tasks, reachable: Reachable, here: Sequence[Point]
-) -> Iterator[tuple[str, str, Sequence[Point], Point]]:
-    """Yield each target that is left and that no way leads to: whose, its name, from where [m], and its place [m]."""
+) -> Iterator[tuple[str, str, dict[int, Point], Point]]:
+    """Yield each target that is left and that no way leads to: whose, its name, who from where [m], and where [m]."""
     for number, (name, row) in enumerate(zip(tasks.robots, tasks.missions.orders.rows, strict=True)):
         reached, given_up = tasks.missions.reached_at[number], tasks.commands[number].unreachable
         for stop, there in enumerate([] if row.pooled else row.stops):
             left = (reached[stop] is None or tasks.settings.patrol) and stop not in given_up
-            if left and reachable.wrong("", here[number], there):
-                yield name, tasks.missions.label(number, stop), here[number : number + 1], there
+            if left and reachable.wrong(number, here[number], there):
+                yield name, tasks.missions.label(number, stop), {number: here[number]}, there
     for name, errand in tasks.pool.open.items():
-        takers = [place for number, place in enumerate(here) if not tasks.missions.orders.is_withdrawn(number)]
-        if all(reachable.wrong("", place, errand.at) for place in takers):
+        withdrawn = tasks.missions.orders.is_withdrawn
+        takers = {number: place for number, place in enumerate(here) if not withdrawn(number)}
+        if all(reachable.wrong(*one, errand.at) for one in takers.items()):
             yield POOL, f"pool target {name}", takers, errand.at

@@ -142,7 +142,7 @@ class Missions:
         Raises:
             PeerError: the request is refused; nothing has changed.
         """
-        check = partial(reachable.check, self._robots[number], here)
+        check = partial(reachable.check, number, here)
         outcome = self.orders.take(number, request, self.progress(number), self._homes[number], check)
         if outcome.new_stops:
             self._begin(number)

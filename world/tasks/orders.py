@@ -218,6 +218,8 @@ class Orders:
                     return OrderChange(f"{name} {already}")
                 row.stopped = stop
                 return OrderChange(f"{name} {said}", changed=True, events=((do.value, f"{said} by request"),))
+            case RobotDo.LOAD:
+                return OrderChange(f"{name} keeps its targets")
             case RobotDo.HOME:
                 if row.home and len(row.stops) == 1 and row.number and not row.order:
                     return OrderChange(f"{name} drives home already, or is there")

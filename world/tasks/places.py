@@ -18,9 +18,9 @@ from swarm.messages import Places
 from swarm.messages.short_ids import find_long_id
 from swarm.robot.tuning import SAFETY
 from swarm.scenario.check import explain_not_free
-from swarm.settings import MOST_ROBOTS, Settings
-from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
-from swarm.traffic.lattice.placement import traffic_settings
+from swarm.settings import MOST_ROBOTS, RobotSettings, Settings
+from swarm.traffic.lattice.cell_map import OUTSIDE
+from swarm.traffic.lattice.placement import cells_of, traffic_settings
 from world.bodies.edits import can_stop_before
 
 MOST_AT_ONCE: Final = 64  # places in one request; the world looks for them between two ticks
@@ -32,6 +32,7 @@ class Opened(Struct, kw_only=True, forbid_unknown_fields=True):
     """A request that was carried out."""
 
     count: int
+    kind: str
     at: list[tuple[float, float, float]]
     robots: list[str]
 
@@ -45,6 +46,7 @@ class Book(Struct, kw_only=True, forbid_unknown_fields=True):
     """All places that were opened, in order, and the last requests by their ids."""
 
     starts: list[Pose]
+    kinds: list[str]  # of the robots that start there
     requests: dict[str, Opened]
 
     def known_request(self, request: Places) -> Opened | None:
@@ -54,7 +56,8 @@ class Book(Struct, kw_only=True, forbid_unknown_fields=True):
             PeerError: it was another one.
         """
         opened = self.requests.get(find_long_id(request.id, self.requests))
-        if opened is not None and (opened.count, opened.at) != (request.count, list(request.at)):
+        asked = request.count, request.kind, list(request.at)
+        if opened is not None and (opened.count, opened.kind, opened.at) != asked:
             raise PeerError(
                 f"places {request.id}: expected what was accepted with it, got another request; use a new id"
             )
@@ -63,7 +66,9 @@ class Book(Struct, kw_only=True, forbid_unknown_fields=True):
     def enter(self, request: Places, starts: Sequence[Pose], robots: Sequence[str]) -> Opened:
         """Record places that were opened."""
         self.starts += starts
-        self.requests[request.id] = Opened(count=request.count, at=list(request.at), robots=list(robots))
+        self.kinds += [request.kind] * len(starts)
+        opened = Opened(count=request.count, kind=request.kind, at=list(request.at), robots=list(robots))
+        self.requests[request.id] = opened
         if len(self.requests) > REMEMBERED:
             del self.requests[next(iter(self.requests))]
         return self.requests[request.id]
@@ -76,25 +81,28 @@ class Occupant(NamedTuple):
     pose: Pose
     wheels: tuple[float, float]  # m/s
     held: Collection[int]  # cells
+    body: RobotSettings
 
 
 class Spots:
     """The free floor at one moment."""
 
     def __init__(
-        self, settings: Settings, floor: OccupancyMap, cells: CellMap, occupants: Sequence[Occupant],
-        movers: Sequence[Pose], homes: Sequence[Point], wanted: Sequence[Point],
+        self, settings: Settings, floor: OccupancyMap, occupants: Sequence[Occupant],
+        movers: Sequence[Pose], homes: Sequence[tuple[Point, float]], wanted: Sequence[Point],
     ) -> None:  # fmt: skip
-        """Look at the floor. A restart puts bodies back to their ``homes`` [m]: no other body may be put there.
+        """Look at the floor for new robots, whose ``settings`` these are.
 
-        ``wanted`` are places [m] that robots are to visit: they are the last to be chosen.
+        A restart puts bodies back to their ``homes``, place and radius [m]: no other body may be put there. ``wanted``
+        are places [m] that robots are to visit: they are the last to be chosen.
         """
-        self._settings, self._floor, self._cells = settings, floor, cells
+        self._settings, self._floor = settings, floor
+        self._cells = cells = cells_of(floor, settings)
         self._occupants = list(occupants)
         outlines = (mover.radius or hypot(*(mover.size or (0.0, 0.0))) / 2 for mover in settings.movers)
         self._movers = list(zip(movers, outlines, strict=True))
         self._homes = homes
-        self._wanted = {cells.cell_of(*place) for place in [*homes, *wanted]}
+        self._wanted = {cells.cell_of(*place) for place in [*(home for home, _ in homes), *wanted]}
         self._enough = traffic_settings(settings).claim_radius + cells.side  # m to other bodies; more is no better
 
     def starts(self, request: Places, robots: int) -> list[Pose]:
@@ -128,7 +136,7 @@ class Spots:
 
     def _take(self, start: Pose) -> Pose:
         touched = self._cells.cells_under_disc(start.x, start.y, self._settings.robot.radius + SAFETY.gap)
-        self._occupants.append(Occupant("another new one", start, (0.0, 0.0), touched))
+        self._occupants.append(Occupant("another new one", start, (0.0, 0.0), touched, self._settings.robot))
         return start
 
     def _fault(self, at: Point) -> str | None:
@@ -145,16 +153,16 @@ class Spots:
             if distance(at, pose) <= robot.radius + radius + SAFETY.gap:
                 return "expected a free place, a moving obstacle is there; wait or move it"
         for other in self._occupants:
-            gap = distance(at, other.pose) - 2 * robot.radius
+            gap = distance(at, other.pose) - robot.radius - other.body.radius
             if gap <= SAFETY.gap:
                 return f"expected a free place, {other.name} stands there; move it"
-            if not can_stop_before(gap, other.wheels, robot, 1.0 / settings.rate):
+            if not can_stop_before(gap, other.wheels, other.body, 1.0 / settings.rate):
                 return (
                     f"expected a place that {other.name} can stop before, it drives {gap:.2f} m away; wait or move it"
                 )
             if not set(touched).isdisjoint(other.held):
                 return f"expected a place that nobody has reserved, {other.name} holds it; wait or move it"
-        if any(distance(at, home) <= 2 * robot.radius + SAFETY.gap for home in self._homes):
+        if any(distance(at, home) <= robot.radius + radius + SAFETY.gap for home, radius in self._homes):
             return "expected a place that is nobody's home, a restart puts a robot back there; move it"
         return None
 

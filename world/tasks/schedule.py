@@ -36,7 +36,7 @@ def as_edit(planned: EditSettings) -> Edit:
 def as_request(planned: OrderSettings) -> Order | RobotAction:
     """Return a request of a scenario to a robot in the form of a message."""
     if planned.do is not None:
-        return RobotAction(do=RobotDo(planned.do))
+        return RobotAction(do=RobotDo(planned.do), radius=planned.radius)
     return Order(
         id=planned.id, update=planned.update, targets=planned.targets or [], home=planned.home,
         headings=planned.headings,

@@ -21,7 +21,7 @@ def why(tasks: Tasks, number: int, poses: Sequence[Pose], tick: int) -> str:
     for name in command.waits:
         if name in tasks.robots:
             other = tasks.robots.index(name)
-            near = distance(poses[other], there) < 2 * tasks.settings.robot.radius  # two bodies have no room
+            near = distance(poses[other], there) < tasks.roster.radius(number) + tasks.roster.radius(other)  # no room
             said.append(
                 _how_it_hinders(tasks, other, tick, f"stands on {label}" if near else f"is in its way to {label}")
             )

@@ -4,12 +4,12 @@ from collections.abc import Mapping, Sequence
 from typing import Final, NamedTuple
 
 from swarm.geometry import Pose
-from swarm.maps.occupancy import Point
+from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.messages import COMMAND, Activity, Command, Edit, Order, RobotAction
 from swarm.scenario.load import Scenario
-from swarm.traffic.lattice.cell_map import CellMap
 from world.bodies.bodies import Bodies
 from world.bodies.event_line import EventLine
+from world.bodies.roster import Roster
 from world.measure.recorder import Recorder
 from world.tasks.dispatcher import Dispatcher
 from world.tasks.missions import Missions, MissionsState
@@ -36,16 +36,16 @@ class TasksState(NamedTuple):
 
 
 class Tasks:
-    """All tasks, robots by their numbers; ``robots`` are their names, to which others may be added."""
+    """All tasks, robots by their numbers; the ``roster`` says what they are, and others may be added to it."""
 
     def __init__(
-        self, scenario: Scenario, starts: Sequence[Pose], stops: Sequence[Sequence[Point]], robots: Sequence[str],
+        self, scenario: Scenario, starts: Sequence[Pose], stops: Sequence[Sequence[Point]], roster: Roster,
         recorder: Recorder, places: Book,
     ) -> None:  # fmt: skip
-        self.settings, self.robots, self._first = scenario.settings, robots, len(starts)
+        self.settings, self.roster, self.robots, self._first = scenario.settings, roster, roster.names, len(starts)
         self.commands = [REST] * len(starts)  # the last one of each robot
-        self.missions = Missions(self.settings, starts, stops, robots, recorder)
-        self.dispatcher = Dispatcher(self.settings, self.missions, robots)
+        self.missions = Missions(self.settings, starts, stops, roster.names, recorder)
+        self.dispatcher = Dispatcher(self.settings, self.missions, roster)
         self.places = places
         self.planned_edits, self.planned_orders = Planned(self.settings.edits), Planned(self.settings.orders)
 
@@ -93,7 +93,7 @@ class Tasks:
         """Return True if nobody has ever taken a robot's place, and it has no stops."""
         return number >= self._first and self.commands[number] == REST and not self.missions.stops(number)
 
-    def plans_matter(self, recent: Sequence[Edit], poses: Sequence[Pose], cells: CellMap, tick: int) -> bool:
+    def plans_matter(self, recent: Sequence[Edit], poses: Sequence[Pose], floor: OccupancyMap, tick: int) -> bool:
         """Return True if a request or errand waits, or an edit that may open a way to a stop given up.
 
         An edit waits, or is one of the ``recent`` ones, of which robots may not have heard.
@@ -101,7 +101,7 @@ class Tasks:
         frees = "free" in [edit.kind for edit in self.planned_edits.plans_left] + [edit.kind for edit in recent]
         lacking = self.settings.retry_stops and any(command.unreachable for command in self.commands)
         now = bool(self.planned_orders.plans_left) or (frees and (lacking or bool(self.pool.waiting)))
-        return now or self.dispatcher.has_waiting_errand(poses, cells, self.commands, tick)
+        return now or self.dispatcher.has_waiting_errand(poses, floor, self.commands, tick)
 
     # --- one tick ---
 
@@ -132,12 +132,14 @@ class Tasks:
         obeyed = [lasts and not self.missions.is_stopped(number) for number, lasts in enumerate(lasting)]
         return [command if obeys else None for command, obeys in zip(self.commands, obeyed, strict=True)]
 
-    def hand_out(self, poses: Sequence[Pose], cells: CellMap, standing: Sequence[float], tick: int) -> list[EventLine]:
+    def hand_out(
+        self, poses: Sequence[Pose], floor: OccupancyMap, standing: Sequence[float], tick: int
+    ) -> list[EventLine]:
         """Hand out errands of the pool, and take back those of robots that do not drive to them; return what changed.
 
         ``standing`` is how long [s] each robot has made no progress, infinite if it has no stop left.
         """
-        said = self.dispatcher.step(poses, cells, self.commands, standing, tick)
+        said = self.dispatcher.step(poses, floor, self.commands, standing, tick)
         if said:
             self.commands = [*map(self.missions.of_these_stops, range(len(self.robots)), self.commands)]
         return said
@@ -155,12 +157,18 @@ class Tasks:
             self.commands[number] = self.missions.of_these_stops(number, self.commands[number])
         return outcome
 
-    def spots(self, starts: Sequence[Pose], bodies: Bodies, cells: CellMap, time: float) -> Spots:
-        """Return the free floor as it is now; ``starts`` are those of all robots."""
-        rows = zip(self.robots, bodies.poses(), bodies.wheels, (one.held for one in self.commands), strict=True)
+    def spots(self, starts: Sequence[Pose], bodies: Bodies, kind: str, time: float) -> Spots:
+        """Return the free floor as it is now for robots of a kind; ``starts`` are those of all robots.
+
+        Raises:
+            ConfigError: there is no such kind.
+        """
+        held, each = (one.held for one in self.commands), self.roster.bodies
+        rows = zip(self.robots, bodies.poses(), bodies.wheels, held, each, strict=True)
         stops = [stop for row in self.missions.orders.rows for stop in row.stops]
-        homes, pool = [start[:2] for start in starts], [errand.at for errand in self.pool.open.values()]
+        homes = [(start[:2], body.radius) for start, body in zip(starts, each, strict=True)]
+        pool = [errand.at for errand in self.pool.open.values()]
         return Spots(
-            self.settings, bodies.floor, cells, [Occupant(*row) for row in rows],
+            self.roster.settings_of(kind), bodies.floor, [Occupant(*row) for row in rows],
             bodies.mover_poses(time), homes, [*stops, *pool],
         )  # fmt: skip

@@ -9,6 +9,7 @@ from swarm.maps.occupancy import Point
 from swarm.messages import Account
 from swarm.planning.grid import Grid
 from swarm.planning.path import plan
+from swarm.scenario.prepare import planning_grid
 from world.world import World
 
 WAITED_FOR: Final = 20  # robots in one row: a status has room for a thousand rows
@@ -50,12 +51,13 @@ def clearance_min(world: World) -> float | None:
     return gap if isfinite(gap) else None
 
 
-def shortest_lengths(world: World, grid: Grid) -> list[float | None]:
-    """Return each robot's ``shortest_length`` [m] from its start through the stops that it has."""
-    return [
-        shortest_length(grid, start[:2], world.tasks.missions.stops(number))
-        for number, start in enumerate(world.starts)
-    ]
+def shortest_lengths(world: World) -> list[float | None]:
+    """Return each robot's ``shortest_length`` [m] from its start through its stops, on the floor as it is."""
+    found, floor = [], world.bodies.floor
+    for number, start in enumerate(world.starts):
+        grid = planning_grid(world.roster.scenario_on(floor, number))
+        found.append(shortest_length(grid, start[:2], world.tasks.missions.stops(number)))
+    return found
 
 
 def shortest_length(grid: Grid, start: Point, stops: Sequence[Point]) -> float | None:

@@ -16,7 +16,7 @@ def make_truth(world: World) -> Truth:
                 left=left, front=front, right=right, heading=command.heading,
                 steering=world.measures.steering.state.labels[number], scale=command.scale,
                 activity=command.activity, held=command.held, waits=command.waits, members=command.members,
-                believed=command.believed,
+                believed=command.believed, radius=world.roster.loads.get(number, 0.0),
             )
         )  # fmt: skip
     movers = [

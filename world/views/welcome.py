@@ -11,10 +11,15 @@ from world.world import World
 
 def welcome(name: str, world: World, publisher: Publisher, session: str, sender: int) -> Welcome:
     """Return the welcome of a robot; ``session`` and ``sender`` are those of the world."""
-    floor = publisher.floor
+    floor, number = publisher.floor, world.number(name)
+    scenario = replace(floor.scenario, starts=UNSET, kinds=UNSET, profiles=UNSET)
+    if kind := world.roster.kinds[number]:
+        own = {} if floor.scenario.profiles is UNSET else floor.scenario.profiles
+        profile = own.get(kind, scenario.profile)
+        scenario = replace(scenario, settings=world.roster.settings_of(kind), profile=profile)
     return Welcome(
-        robot=name, world=world.identity, session=session, sender=sender,
-        scenario=replace(floor.scenario, starts=UNSET), packed=floor.packed, edits=floor.edits,
-        start=world.starts[world.number(name)], state=progress(name, world) if world.tick else None,
-        assigned=world.tasks.missions.orders.assigned_stops(world.number(name)),
+        robot=name, world=world.identity, session=session, sender=sender, scenario=scenario,
+        packed=floor.packed, edits=floor.edits, start=world.starts[number],
+        state=progress(name, world) if world.tick else None,
+        assigned=world.tasks.missions.orders.assigned_stops(number),
     )  # fmt: skip

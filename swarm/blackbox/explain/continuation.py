@@ -30,8 +30,7 @@ class Onward(InProcess):
         Those of ``goes_on`` are told to go on.
         """
         super().__init__(
-            world=moment.world, scenario=moment.scenario, controller=moment.controller,
-            broadcasts=dict(moment.past.words),
+            world=moment.world, scenario=moment.scenario, broadcasts=dict(moment.past.words),
         )  # fmt: skip
         self.robots = dict(moment.robots)
         self._moment, self._stopped, self._awake, self._told = moment, stopped, awake, dict(told or {})
@@ -49,7 +48,7 @@ class Onward(InProcess):
                 self.robots[name] = self.welcome_robot(name)
             robot = self.robots[name]
             if robot.has_missed_edits(sense):
-                robot.take_map(self.scenario_on_floor(), world.bodies.edits)
+                robot.take_map(self.scenario_of(name), world.bodies.edits)
             heard = self.find_broadcasts(pair for pair in sense.hears if pair in self.broadcasts)
             if (speaker := self._told.pop(name, None)) is not None:
                 heard.append(past.said[speaker][-1])

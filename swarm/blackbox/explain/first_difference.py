@@ -65,6 +65,8 @@ def differences_of_starts(one: TapeFile, other: TapeFile) -> list[Values]:
     found += differences(row[0].map.scenario.settings, row[1].map.scenario.settings)
     found += differences(row[0].map.packed, row[1].map.packed, "map")
     found += differences(row[0].map.scenario.profile, row[1].map.scenario.profile, "rules")
+    own = [{"rules": head.map.scenario.profiles or {}, "kinds": head.map.scenario.kinds or {}} for head in row]
+    found += differences(own[0], own[1])
     return [*found, *differences({"code": row[0].code}, {"code": row[1].code})]
 
 
@@ -164,16 +166,17 @@ def _of_an_answer(runs: tuple[Replay, Replay], robot: str, one: Command, other: 
     sense = runs[0].steps[robot].sense if robot in runs[0].steps else None
     if sense is None or (one.heading, one.scale) != (other.heading, other.scale):
         return f"{same}, and its tables were given another aim: {_code(known)}"
-    return f"{same}: {_of_the_tables(runs, sense, one) or _code(known)}"
+    return f"{same}: {_of_the_tables(runs, robot, sense, one) or _code(known)}"
 
 
-def _of_the_tables(runs: tuple[Replay, Replay], sense: Sense, command: Command) -> str:
+def _of_the_tables(runs: tuple[Replay, Replay], robot: str, sense: Sense, command: Command) -> str:
     """Return which rules make the tables say another thing for the same inputs; empty: they say the same."""
-    unit = [run.scenario.settings.robot.distance_scale * command.scale for run in runs]
+    rosters, number = [run.world.roster for run in runs], runs[0].world.number(robot)
+    unit = [roster.bodies[number].distance_scale * command.scale for roster in rosters]
     if unit[0] != unit[1]:
         return ""
     inputs = sense.left / unit[0], sense.front / unit[0], sense.right / unit[0], -degrees(command.heading)
-    said = [run.controller.explain(*inputs) for run in runs]
+    said = [roster.controller(number).explain(*inputs) for roster in rosters]
     if (said[0].left_v, said[0].right_v) == (said[1].left_v, said[1].right_v):
         return ""
     fired = [{(rule.behaviour, rule.rule): rule for rule in one.rules} for one in said]

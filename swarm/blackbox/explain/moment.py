@@ -8,7 +8,6 @@ from swarm.blackbox.explain.run_history import Next, RecentPast, TakenAnswer
 from swarm.blackbox.explain.state import RobotState, state_of
 from swarm.blackbox.explain.why import explain
 from swarm.errors import ConfigError
-from swarm.fuzzy import Controller
 from swarm.maps.occupancy import Point
 from swarm.robot.brain import Robot
 from swarm.scenario.load import Scenario
@@ -21,9 +20,8 @@ from world.world import World
 class Instant(ABC):
     """The end of one tick: robots and world as they are then, and all that was said before."""
 
-    def __init__(self, scenario: Scenario, controller: Controller) -> None:
+    def __init__(self, scenario: Scenario) -> None:
         self.scenario = scenario
-        self.controller = controller
         self._traffic = traffic_settings(scenario.settings)
         self.past = self._no_past()
 
@@ -90,7 +88,8 @@ class Instant(ABC):
         Raises:
             KeyError: there is no such robot.
         """
-        return state_of(robot, self.robots.get(robot), self.past, self.scenario.settings, self.controller)
+        roster, number = self.world.roster, self.world.number(robot)
+        return state_of(robot, self.robots.get(robot), self.past, roster.settings(number), roster.controller(number))
 
 
 class Simulated(Instant):
@@ -98,7 +97,7 @@ class Simulated(Instant):
 
     def __init__(self, simulation: Simulation) -> None:
         self._simulation = simulation
-        super().__init__(simulation.scenario, simulation.controller)
+        super().__init__(simulation.scenario)
 
     @property
     def world(self) -> World:

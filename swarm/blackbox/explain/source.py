@@ -1,6 +1,6 @@
 """What runs again: a tape, a plan of a storm, or a scenario with a number of robots and a seed, as in lockstep."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import yaml
@@ -26,7 +26,7 @@ def open_moment_at(
     at: float | None,
     *,
     run: int | None = None,
-    robots: int | None = None,
+    robots: int | Mapping[str, int] | None = None,
     seed: int | None = None,
     each: Callable[[Replay], None] = lambda replay: None,
 ) -> Instant:
@@ -60,7 +60,7 @@ def _simulate_source(simulation: Simulation, at: float) -> Instant:
     return moment
 
 
-def simulation_from(path: Path, robots: int | None = None, seed: int | None = None) -> Simulation:
+def simulation_from(path: Path, robots: int | Mapping[str, int] | None = None, seed: int | None = None) -> Simulation:
     """Return a run that has not begun; robots and seed are the scenario's, unless given.
 
     Raises:
@@ -73,10 +73,9 @@ def simulation_from(path: Path, robots: int | None = None, seed: int | None = No
         simulation = Simulation.of(scenario, plan.robots, scenario.settings.seed, plan.to_faults())
         make_mute(simulation, plan.mute)
         return simulation
-    scenario = load(path)
-    robots = scenario.settings.robots if robots is None else robots
+    scenario, count = load(path).with_robots(robots)
     seed = scenario.settings.seed if seed is None else seed
-    return Simulation.of(check(scenario, robots, seed).scenario, robots, seed)
+    return Simulation.of(check(scenario, count, seed).scenario, count, seed)
 
 
 def _is_plan(path: Path) -> bool:

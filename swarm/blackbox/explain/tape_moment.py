@@ -29,7 +29,7 @@ class Taped(Instant):
         self.replay = Replay(file, outline)
         self._run = self.replay.world.run
         self._next: tuple[int, Mapping[int, Next]] = -1, {}  # at a number of ticks lived
-        super().__init__(self.replay.scenario, self.replay.controller)
+        super().__init__(self.replay.scenario)
 
     @property
     def world(self) -> World:

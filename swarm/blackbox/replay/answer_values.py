@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from swarm.maps.occupancy import OccupancyMap
 from swarm.messages import Broadcast, Command, Event, Sense
-from swarm.robot.brain import Outputs
+from swarm.robot.outputs import Outputs
 from world.host.last_messages import Sent
 from world.saving.snapshot_file import pack_state
 from world.tasks.places import Book
@@ -58,5 +58,5 @@ class SavedWorld(NamedTuple):
     def of(cls, world: World) -> "SavedWorld":
         """Return what a world can go on from; where bodies touch each other, that changes what it remembers."""
         book, bodies = world.tasks.places, world.bodies
-        places = Book(starts=list(book.starts), requests=dict(book.requests))
+        places = Book(starts=list(book.starts), kinds=list(book.kinds), requests=dict(book.requests))
         return cls(world.run, bodies.edits, bodies.floor, places, pack_state(world.save()))

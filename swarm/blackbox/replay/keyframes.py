@@ -125,8 +125,8 @@ def _shared_objects(replay: Replay) -> dict[str, object]:
     """Return what the state of a replay refers to, and a keyframe does not have."""
     return {
         "file": replay.file, "head": replay.head, "outline": replay.outline, "scenario": replay.scenario,
-        "controller": replay.controller, "world": replay.world, "rows": replay.rows, "sensed": replay.when_sensed,
-    }  # fmt: skip
+        "world": replay.world, "rows": replay.rows, "sensed": replay.when_sensed,
+    } | {f"controller {kind}": one for kind, one in replay.world.roster.controllers().items()}  # fmt: skip
 
 
 class _Pickler(pickle.Pickler):

@@ -10,7 +10,6 @@ from swarm.blackbox.replay.answer_values import Difference, Life, ReplayedTick, 
 from swarm.blackbox.replay.outline import Outline
 from swarm.blackbox.replay.replay_radio import Ear
 from swarm.errors import ConfigError, SwarmError
-from swarm.fuzzy import Controller
 from swarm.geometry import Pose
 from swarm.maps.occupancy import OccupancyMap
 from swarm.messages import Broadcast, Command, Event, Map, Sense
@@ -47,7 +46,7 @@ class Replay(InProcess):
         except SwarmError as fault:
             raise ConfigError(f"tape {file.path}: the map: {fault}") from None
         world = self._world(scenario, head.run, head.map.edits, None)
-        super().__init__(world=world, scenario=scenario, controller=Controller(scenario.profile))
+        super().__init__(world=world, scenario=scenario)
         self.difference: Difference | None = None
         self.seats: dict[str, Seat] = {}
         self.steps: dict[str, Stepped] = {}  # the newest of each robot

@@ -98,7 +98,7 @@ def as_plan(file: TapeFile) -> tuple[StormPlan, list[str]]:
                     )
                 )  # fmt: skip
             case RobotAction() if name:
-                orders.append(OrderSettings(at=at, robot=name, do=request.do.value))
+                orders.append(OrderSettings(at=at, robot=name, do=request.do.value, radius=request.radius))
             case _:
                 happened.left_out.add(f"a request ({type(request).__name__})")
     if head.outside:

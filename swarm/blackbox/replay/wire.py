@@ -8,7 +8,6 @@ from msgspec.structs import replace
 from swarm.blackbox.replay.answer_values import ReplayedTick
 from swarm.blackbox.replay.replay import Replay
 from swarm.messages import CLOCK, Clock, Events, Liveness, Message, Phase, Seen, Status
-from swarm.scenario.prepare import planning_grid
 from world.fleet.publisher import floor
 from world.views.metrics import shortest_lengths
 from world.views.report import missing
@@ -92,8 +91,6 @@ class Wire:
         """Return the status of the run as it is now; shortest lengths are computed if it is over."""
         replay, world = self._replay, self._replay.world
         over = phase is Phase.OVER
-        shortest = (
-            shortest_lengths(world, planning_grid(replay.scenario_on_floor())) if over else [None] * len(world.robots)
-        )
+        shortest = shortest_lengths(world) if over else [None] * len(world.robots)
         reason = missing(world) if over and not world.tasks.complete else ""
         return status(world, phase, reason, self._message_seen(), replay.last.states, replay.events, shortest)

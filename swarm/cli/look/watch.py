@@ -34,12 +34,13 @@ def watch(options: argparse.Namespace) -> int:
     endpoint, fleet = find_fleet(options, WATCHER)
     console, worlds = Console(), Worlds()
     with stop_flag() as stop, Bus(endpoint, fleet) as bus, rerun(options, endpoint, fleet):
-        home = all(floor.scenario.settings.return_home for floor in bus.fetch(MAP))
+        floors = bus.fetch(MAP)
+        home = all(floor.scenario.settings.return_home for floor in floors)
         bus.watch_presence()
         for topic in FOLLOWED:
             bus.listen(topic)
         with Terminal(console, home=home) as terminal:
-            for message in (*bus.fetch(CLOCK), *bus.fetch(STATE)):
+            for message in (*floors, *bus.fetch(CLOCK), *bus.fetch(STATE)):
                 terminal.take(message)
             while not stop.is_set() and terminal.progress.phase is not Phase.OVER:
                 arrived = bus.receive(LOOK)

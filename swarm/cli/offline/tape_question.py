@@ -6,10 +6,10 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from swarm.cli.argument_parser import Commands, Parser
+from swarm.cli.argument_parser import Commands, Parser, robots_of
 from swarm.cli.offline.replay import ProgressLine
 from swarm.errors import ConfigError
-from swarm.settings import MOST_ROBOTS, TAPE
+from swarm.settings import TAPE
 
 if TYPE_CHECKING:
     from swarm.blackbox.explain.first_difference import Parting
@@ -105,8 +105,6 @@ def _moment(options: argparse.Namespace) -> "Instant":
 
     if options.at is not None and not 0.0 <= options.at <= 1e6:
         raise ConfigError(f"--at: expected 0 to 1e6 s, got {options.at:g}")
-    if options.robots is not None and not 1 <= options.robots <= MOST_ROBOTS:
-        raise ConfigError(f"--robots: expected 1 to {MOST_ROBOTS}, got {options.robots}")
     if options.seed is not None and not 0 <= options.seed <= 2**53:
         raise ConfigError(f"--seed: expected 0 to 2**53, got {options.seed}")
     parts = {"run": options.run, "robots": options.robots, "seed": options.seed}
@@ -194,6 +192,6 @@ def _of_a_moment(parser: Parser, nargs: str | None = None) -> None:
     parser.add_argument("file", type=Path, nargs=nargs, metavar="FILE", help=text)
     parser.add_argument("--at", type=float, metavar="SECONDS", help="time of the run; by default where the tape ends")
     parser.add_argument("--run", type=int, metavar="N", help="of a tape that has several; by default the last")
-    parser.add_argument("--robots", type=int, metavar="N", help="of a scenario; by default as it says")
+    parser.add_argument("--robots", type=robots_of, metavar="N", help="of a scenario; by default as it says")
     parser.add_argument("--seed", type=int, metavar="S", help="of a scenario; by default as it says")
     parser.add_argument("--json", action="store_true")

@@ -5,15 +5,15 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from swarm.cli.argument_parser import Commands, Parser, endpoint, pace, secure
+from swarm.cli.argument_parser import Commands, Parser, endpoint, pace, robots_of, secure
 from swarm.errors import ConfigError
+from swarm.kinds import format_mix
 from swarm.secure.names import ROUTER, WORLD
-from swarm.settings import BAG, MOST_ROBOTS, TAPE
+from swarm.settings import BAG, TAPE
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from swarm.scenario.load import Scenario
     from swarm.scenario.source import Source
 
 
@@ -29,6 +29,8 @@ def run(options: argparse.Namespace) -> int:
         print("\n".join(f"  {name:15}{about}" for name, about in shipped_scenarios().items()))
         return 0
     _check_launch(options)
+    if options.scen is not None and isinstance(options.robots, dict):
+        raise ConfigError(f"--robots: expected a number with --scen, got {format_mix(options.robots)}; leave out kinds")
     source = Source(find_scenario(options.scenario), options.scen, options.robots, options.serve)
     if source.file.is_file():
         announce_compilation()
@@ -46,8 +48,7 @@ def _launch_fleet(options: argparse.Namespace, source: "Source") -> int:
     from swarm.launch.proxy import Delay
     from swarm.launch.run import run as launch
 
-    scenario = source.read()
-    robots, _, _ = _numbers(options, scenario)
+    scenario, robots = source.read().with_robots(options.robots)
     return launch(
         Options(
             scenario=scenario,
@@ -112,7 +113,9 @@ def world(options: argparse.Namespace) -> int:
     from world.host.process import run as run_world
 
     scenario = load(find_scenario(options.scenario), serve=options.serve)
-    robots, seed, limit = _numbers(options, scenario)
+    _check_given(options)
+    scenario, robots = scenario.with_robots(options.robots)
+    seed, limit = scenario.settings.seed if options.seed is None else options.seed, scenario.limit(options.limit)
     scenario = check(scenario, robots, seed).scenario
     if options.resume is not None and not options.resume.is_file():
         raise ConfigError(
@@ -193,20 +196,10 @@ def _check_launch(options: argparse.Namespace) -> None:
 
 def _check_given(options: argparse.Namespace) -> None:
     """Check the numbers of a run that the command line gives instead of the scenario."""
-    if options.robots is not None and not 1 <= options.robots <= MOST_ROBOTS:
-        raise ConfigError(f"--robots: expected 1 to {MOST_ROBOTS}, got {options.robots}")
     if options.seed is not None and not 0 <= options.seed <= 2**53:
         raise ConfigError(f"--seed: expected 0 to 2**53, got {options.seed}")
     if options.limit is not None and not 0 < options.limit <= 1e6:
         raise ConfigError(f"--limit: expected seconds above 0, at most 1e6, got {options.limit:g}")
-
-
-def _numbers(options: argparse.Namespace, scenario: "Scenario") -> tuple[int, int, float]:
-    """Return robots, seed and limit [s]: from the command line if given, else from the scenario."""
-    _check_given(options)
-    robots = scenario.settings.robots if options.robots is None else options.robots
-    seed = scenario.settings.seed if options.seed is None else options.seed
-    return robots, seed, scenario.limit(options.limit)
 
 
 def add(commands: "Commands[Parser]") -> None:
@@ -271,7 +264,8 @@ def _of_a_launch(parser: Parser) -> None:
 
 
 def _of_a_run(parser: Parser) -> None:
-    parser.add_argument("--robots", type=int, metavar="N")
+    text = "how many, or how many of each kind, such as scout=6,cart=2"
+    parser.add_argument("--robots", type=robots_of, metavar="N", help=text)
     parser.add_argument("--seed", type=int, metavar="S")
     parser.add_argument("--pace", default="realtime", help="realtime, max (lockstep) or a factor")
     parser.add_argument("--limit", type=float, metavar="SECONDS", help="simulated time after which the run ends")

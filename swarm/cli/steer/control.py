@@ -7,7 +7,7 @@ from uuid import uuid4
 
 import msgspec
 
-from swarm.cli.argument_parser import Commands, Parser, point
+from swarm.cli.argument_parser import Commands, Parser, point, robots_of
 from swarm.cli.fleet_lookup import add_client_options, fleet_bus, send_request
 from swarm.errors import ConfigError
 from swarm.secure.names import OPERATOR
@@ -46,7 +46,9 @@ def add_robots(options: argparse.Namespace) -> int:
         raise ConfigError(f"add-robots: expected 1 robot or more, and one for each --at, got {options.count}{many}")
     starts = [(x, y, 0.0) for x, y in options.at]
     asked = _parse_request(
-        {"id": options.id or uuid4().hex, "count": options.count, "at": starts}, Places, "add-robots"
+        {"id": options.id or uuid4().hex, "count": options.count, "at": starts, "kind": options.kind or ""},
+        Places,
+        "add-robots",
     )
     return send_request(options, PLACES, asked)
 
@@ -63,7 +65,8 @@ def setup(options: argparse.Namespace) -> int:
         )
     parts = {
         "scenario": options.scenario,
-        "robots": options.robots,
+        "robots": options.robots if isinstance(options.robots, int) else None,
+        "mix": options.robots if isinstance(options.robots, dict) else None,
         "speed": options.speed,
         "starts": [(x, y, 0.0) for x, y in options.start] or None,
         "targets": options.target or None,
@@ -111,7 +114,7 @@ def add(commands: "Commands[Parser]") -> None:
     one.set_defaults(command=edit)
     one = commands.add_parser("setup", help="print what a running fleet drives, or give it another set-up")
     one.add_argument("--scenario", metavar="NAME", help="one that comes with the project")
-    one.add_argument("--robots", type=int, metavar="N", help="how many")
+    one.add_argument("--robots", type=robots_of, metavar="N", help="how many, or of each kind: scout=6,cart=2")
     one.add_argument("--speed", type=float, metavar="SHARE", help="of the paper's wheel speeds, up to 1")
     one.add_argument("--start", type=point, action="append", default=[], metavar="X,Y", help="m; once for each robot")
     one.add_argument("--target", type=point, action="append", default=[], metavar="X,Y", help="m; in order")
@@ -121,6 +124,7 @@ def add(commands: "Commands[Parser]") -> None:
     one.set_defaults(command=setup)
     one = commands.add_parser("add-robots", help="add robots to a running fleet that stays (--serve)")
     one.add_argument("count", type=int, metavar="N", help="how many")
+    one.add_argument("--kind", metavar="NAME", help="what they are, in a fleet of several kinds")
     text = "m; start of the first, then of the next; the world finds a free place for each of the others"
     one.add_argument("--at", type=point, action="append", default=[], metavar="X,Y", help=text)
     text = "name of the request, a new one by default; the same request given again changes nothing"

@@ -3,11 +3,12 @@
 import argparse
 from uuid import uuid4
 
-from swarm.cli.argument_parser import Commands, Parser, point, stop_at
+from swarm.cli.argument_parser import Commands, Parser, parse_number_within, point, stop_at
 from swarm.cli.fleet_lookup import add_client_options, fleet_bus, send_request
 from swarm.cli.steer.control import button
 from swarm.secure.names import OPERATOR
 
+RADIUS = "load: --radius: expected 0.01 to 5 m"
 ACTIONS = {
     "go-on": "let a robot that was stopped go on",
     "home": "send a robot home now; the targets that it has left are dropped",
@@ -50,6 +51,14 @@ def act(options: argparse.Namespace) -> int:
     return send_request(options, ROBOT_ACTION, RobotAction(do=RobotDo(options.action)), robot=options.robot)
 
 
+def load(options: argparse.Namespace) -> int:
+    """Give a robot a load that makes it wider, or take its load away."""
+    from swarm.messages import ROBOT_ACTION, RobotAction, RobotDo
+
+    radius = None if options.radius is None else parse_number_within(0.01, 5.0, options.radius, RADIUS)
+    return send_request(options, ROBOT_ACTION, RobotAction(do=RobotDo.LOAD, radius=radius), robot=options.robot)
+
+
 def stop(options: argparse.Namespace) -> int:
     """Stop one robot, or end the run if none is named."""
     return button(options) if options.robot is None else act(options)
@@ -81,6 +90,11 @@ def add(commands: "Commands[Parser]") -> None:
         one.add_argument("robot", metavar="ROBOT")
         add_client_options(one)
         one.set_defaults(command=act, action=name.replace("-", "_"))
+    one = commands.add_parser("load", help="give a robot a load that makes it wider, or take it away")
+    one.add_argument("robot", metavar="ROBOT")
+    one.add_argument("--radius", metavar="METRES", help="of the circle around the robot with its load")
+    add_client_options(one)
+    one.set_defaults(command=load)
     one = commands.add_parser("stop", help="end the run; with ROBOT, stop only that robot until `swarm go-on`")
     one.add_argument("robot", nargs="?", metavar="ROBOT")
     add_client_options(one)

@@ -13,7 +13,7 @@ from swarm.scenario.load import Scenario
 from swarm.scenario.source import Source
 from world.simulate import Simulation
 
-ROBOTS: Final = 2  # most that drive; two hear each other
+ROBOTS: Final = 2  # most that drive of each kind; two hear each other
 TICKS: Final = 5  # all code of a tick has run; more ticks save no more memory
 
 
@@ -23,11 +23,15 @@ def rehearse_mission(source: Source) -> None:
     Raises:
         SwarmError: the scenario cannot be read, or cannot be driven.
     """
-    settings, packed = source.read().to_wire()
-    scenario = Scenario.from_wire(settings, packed)
-    robots, seed = min(ROBOTS, scenario.settings.robots), scenario.settings.seed
-    scenario = check(scenario, robots, seed).scenario
-    simulation = Simulation.of(scenario, robots, seed)
+    on_wire, packed = source.read().to_wire()
+    scenario = Scenario.from_wire(on_wire, packed)
+    settings, mix = scenario.settings, scenario.settings.robots
+    if isinstance(mix, int):
+        scenario, robots = scenario.with_robots(min(ROBOTS, mix))
+    else:  # one of each kind, at least: each has its own grid and cells
+        scenario, robots = scenario.with_robots({kind: min(ROBOTS, count) for kind, count in mix.items()})
+    scenario = check(scenario, robots, settings.seed).scenario
+    simulation = Simulation.of(scenario, robots, settings.seed)
     for _ in range(TICKS):
         tick = simulation.step()
         for topic, messages in ((SENSE, tick.senses), (COMMAND, tick.commands), (RADIO, tick.spoken)):

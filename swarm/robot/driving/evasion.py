@@ -80,7 +80,7 @@ def _compile_gaps(evasion: EvasionTuning, graze: float, half_width: float) -> Ca
             dx, dy = x - pose[0], y - pose[1]
             room = gap_to_boxes(boxes, local[0] + cos_l * dx - sin_l * dy, local[1] + sin_l * dx + cos_l * dy)
             walls, others = clearance_along(
-                field, side, origin[0], origin[1], origin[2], bodies, radius, x, y, yaw,
+                field, side, origin[0], origin[1], origin[2], bodies, x, y, yaw,
                 0.0, 0.0, 0.0, 0.0, width, most, dt, 1,
             )  # fmt: skip
             if tick == 0:

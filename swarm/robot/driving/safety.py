@@ -26,7 +26,7 @@ from swarm.settings import Settings
 from swarm.traffic.interface import MovingObstacle
 
 AS_IT_IS: Final = np.array(((1.0, 1.0),))
-NO_BODIES: Final = np.empty((0, 2))
+NO_BODIES: Final = np.empty((0, 3))
 AT_REST: Final = np.empty((0, 2))  # m; a standing body has no braking path
 
 RimSpeeds = tuple[float, float]  # left, right [m/s]
@@ -56,7 +56,7 @@ class Constraints(NamedTuple):
     grid: Grid  # walls
     shut: NDArray[np.float64]  # (n, 4): cells not granted, low x, low y, high x, high y [m, in the lattice's frame]
     local: Pose  # the robot's pose in the lattice's frame
-    bodies: NDArray[np.float64]  # (n, 2): m, centres of known bodies nearby
+    bodies: NDArray[np.float64]  # (n, 3): m, centre and radius of known bodies nearby
     stop_within: float = inf  # m, distance within which it has to stop
     slowly: bool = False  # it slows down all the way, to stop exactly there
     may_drive: bool = True  # False: an unexpected obstacle is near; the robot may only turn

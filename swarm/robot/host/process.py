@@ -41,6 +41,7 @@ GOODBYE: Final = 3.0  # s to wait for the answer when a robot leaves
 WELCOME: Final = 10.0  # s to wait for the answer to a join
 UNSEEN: Final = 3.0  # s since a world came or went, before one of another wire is looked for
 AGAIN: Final = 60.0  # s between two complaints of it
+SHARED: Final = 4  # welcomes that are kept for robots that are told the same
 ECHOES: Final = (0.0, 0.25, 0.75, 1.75)  # s after the router is back; others come back within half a second
 
 
@@ -136,7 +137,7 @@ class RobotHost:
         self._worlds: set[str] = set()  # sessions
         self._world: str | None = None  # identity
         self._inbox = Inbox(Radio(bus))
-        self._shared: Shared | None = None
+        self._shared: list[Shared] = []  # the newest first; robots of several kinds are told several things
         self._echoes: list[float] = []  # s; when to say the last answers again
         self._looks = UNSEEN  # s; when to look for a world of another wire
 
@@ -248,9 +249,10 @@ class RobotHost:
 
     def _sit_down(self, place: SeatRequest, welcome: Welcome) -> None:
         """Begin in a world that does not know this process yet."""
-        if self._shared is None or not self._shared.fits(welcome):
-            self._shared = Shared.of(welcome)
-        shared = self._shared
+        shared = next((one for one in self._shared if one.fits(welcome)), None)
+        if shared is None:
+            shared = Shared.of(welcome)
+            self._shared = [shared, *self._shared][:SHARED]
         if welcome.world != self._world:
             self._leave()
             self._world = welcome.world

@@ -7,8 +7,9 @@ import msgspec
 
 from swarm.geometry import Pose, distance, wrap
 from swarm.messages import Broadcast, Map, Sense, Took
-from swarm.robot.brain import Inputs, Outputs, Robot
+from swarm.robot.brain import Inputs, Robot
 from swarm.robot.host.radio import Pair, Zone
+from swarm.robot.outputs import Outputs
 from swarm.scenario.load import Scenario
 
 OVERDUE: Final = 2.0  # s that lockstep waits for a broadcast that the sense lists as heard

@@ -8,9 +8,10 @@ from traceback import format_exc
 from typing import Any, Final, NamedTuple
 
 from swarm.geometry import Pose
+from swarm.kinds import kind_of, settings_of
 from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.messages import Broadcast, Command, Event, Sense
-from swarm.settings import Settings
+from swarm.settings import RobotSettings, Settings
 from swarm.storm.plans.plan import StormPlan
 from swarm.storm.uncooperative import make_mute
 from world.bodies.shapes import Contact
@@ -52,6 +53,19 @@ class History:
     report: dict[str, Any] = field(default_factory=dict)
     crash: str = ""  # the traceback of an exception
     wall_time: float = 0.0  # s
+
+    def settings_of(self, number: int) -> Settings:
+        """Return the settings as they are for a robot: its body and its sensors are those of its kind."""
+        return settings_of(self.settings, kind_of(self.settings, number))
+
+    def body(self, number: int) -> RobotSettings:
+        """Return what a robot's body is."""
+        return self.settings_of(number).robot
+
+    @property
+    def bodies(self) -> list[RobotSettings]:
+        """What each robot's body is."""
+        return [self.body(number) for number in range(len(self.robots))]
 
     @property
     def dt(self) -> float:

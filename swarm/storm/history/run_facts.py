@@ -31,18 +31,18 @@ def floor_at(history: History, tick: int) -> OccupancyMap:
     return next(known for since, known in reversed(history.floors) if since <= tick)
 
 
-def cells_at(history: History, tick: int) -> CellMap:
-    """Return the cells of the floor as it is at a tick."""
-    return cells_of(floor_at(history, tick), history.settings)
+def cells_at(history: History, tick: int, number: int = 0) -> CellMap:
+    """Return the cells of the floor as it is at a tick, and as they are joined for a robot; all have the same cells."""
+    return cells_of(floor_at(history, tick), history.settings_of(number))
 
 
-def cells_swept(history: History, cells: CellMap) -> frozenset[int]:
-    """Return the cells in which a body may meet a moving obstacle."""
+def cells_swept(history: History, cells: CellMap, number: int) -> frozenset[int]:
+    """Return the cells in which a robot's body may meet a moving obstacle."""
     settings, found = history.settings, set[int]()
     for mover in settings.movers:
         patrol, radius = Patrol(mover), mover.radius or hypot(*(mover.size or (0.0, 0.0))) / 2
         along = [patrol.pose_at(share / SHARES * patrol.period)[:2] for share in range(SHARES)]
-        found.update(cells.swept_cells(along, radius + settings.robot.radius))
+        found.update(cells.swept_cells(along, radius + history.body(number).radius))
     return frozenset(found)
 
 

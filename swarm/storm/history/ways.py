@@ -2,7 +2,7 @@
 
 from itertools import combinations
 
-from swarm.geometry import Pose, distance
+from swarm.geometry import distance
 from swarm.maps.occupancy import Point
 from swarm.storm.free_space import room
 from swarm.storm.history.brute import can_all_arrive
@@ -35,10 +35,10 @@ class Ways:
         """
         if self._history.is_drawn:
             return self._leads_over_drawing(number, place)
-        cells = cells_at(self._history, self._last.tick)
+        cells = cells_at(self._history, self._last.tick, number)
         bodies, goals = self._bodies(cells, number), self._standing(cells, place)
-        swept = cells_swept(self._history, cells) if bodies else frozenset()
-        return bool(goals & self._reach(cells, self._last.poses[number], bodies, swept))
+        swept = cells_swept(self._history, cells, number) if bodies else frozenset()
+        return bool(goals & self._reach(cells, number, bodies, swept))
 
     def always_there(self, number: int, stop: int) -> bool:
         """Return True if cells lead from a robot's last pose to a stop on each floor of the run, without bodies."""
@@ -46,13 +46,16 @@ class Ways:
         here = self._last.poses[number]
         point = history.stops[number][stop]
         for _, known in history.floors:
-            cells = cells_of(known, history.settings)
-            if not comes_near(cells, (here.x, here.y), point, history.settings):
+            own = history.settings_of(number)
+            if not comes_near(cells_of(known, own), (here.x, here.y), point, own):
                 return False
         return True
 
     def are_jammed(self, moment: Moment | None = None) -> bool | None:
-        """Return True if the living robots cannot all reach their stops that are left, None if that is not known."""
+        """Return True if the living robots cannot all reach their stops that are left, None if that is not known.
+
+        Of robots unlike each other it is asked as if all were as narrow as the narrowest: then it is surely so.
+        """
         moment = moment or self._last
         if moment.tick not in self._jams:
             self._jams[moment.tick] = self._search(moment)
@@ -60,7 +63,7 @@ class Ways:
 
     def can_visit(self, number: int, place: Point) -> bool | None:
         """Return True if a robot can get to a place [m] at the end while the living make room, None if not known."""
-        cells = cells_at(self._history, self._last.tick)
+        cells = cells_at(self._history, self._last.tick, self._narrowest)
         blocked = self._bodies(cells, -1)
         living = [one for one, name in enumerate(self._history.robots) if name not in self._dead]
         starts = [cells.cell_of(*self._last.poses[one][:2]) for one in living]
@@ -71,10 +74,17 @@ class Ways:
             _without_blocked(blocked, cells), starts, [[goals] if one == number else [] for one in living]
         )
 
+    @property
+    def _narrowest(self) -> int:
+        """The number of a robot that no living one is narrower than."""
+        history = self._history
+        living = [number for number, name in enumerate(history.robots) if name not in self._dead]
+        return min(living, key=lambda number: history.body(number).radius, default=0)
+
     def _leads_over_drawing(self, number: int, place: Point) -> bool:
         """Return True if a body can be moved from a robot's last pose to within its reach of a place [m]."""
         settings, here = self._history.settings, self._last.poses[number][:2]
-        reached = room(floor_at(self._history, self._last.tick), settings.robot.radius, here)
+        reached = room(floor_at(self._history, self._last.tick), self._history.body(number).radius, here)
         return any(distance(point, place) <= settings.reach for point in reached)
 
     def _search_drawing(self, moment: Moment) -> bool | None:
@@ -87,16 +97,15 @@ class Ways:
         ]
         starts = [moment.poses[number][:2] for number in living]
         settings = history.settings
-        found = can_all_arrive_on_drawing(
-            floor_at(history, moment.tick), settings.robot.radius, starts, stops, settings.reach
-        )
+        radius = history.body(self._narrowest).radius
+        found = can_all_arrive_on_drawing(floor_at(history, moment.tick), radius, starts, stops, settings.reach)
         return None if found is None else not found
 
     def _search(self, moment: Moment) -> bool | None:
         history = self._history
         if history.is_drawn:
             return self._search_drawing(moment)
-        cells = cells_at(history, moment.tick)
+        cells = cells_at(history, moment.tick, self._narrowest)
         blocked = self._bodies(cells, -1)
         starts: list[int] = []
         stops: list[list[frozenset[int]]] = []
@@ -130,18 +139,18 @@ class Ways:
 
     def _bodies(self, cells: CellMap, but: int) -> frozenset[int]:
         """Return the cells that dead robots are in, without those of robot number ``but``."""
-        radius = self._history.settings.robot.radius
         return frozenset(
             cell
             for number, (name, pose) in enumerate(zip(self._history.robots, self._last.poses, strict=True))
             if name in self._dead and number != but
-            for cell in cells.cells_under_disc(pose.x, pose.y, radius)
+            for cell in cells.cells_under_disc(pose.x, pose.y, self._history.body(number).radius)
         )
 
-    def _reach(self, cells: CellMap, pose: Pose, blocked: frozenset[int], swept: frozenset[int]) -> frozenset[int]:
+    def _reach(self, cells: CellMap, number: int, blocked: frozenset[int], swept: frozenset[int]) -> frozenset[int]:
+        pose, radius = self._last.poses[number], self._history.body(number).radius
         under = [
             cell
-            for cell in cells.cells_under_disc(pose.x, pose.y, self._history.settings.robot.radius)
+            for cell in cells.cells_under_disc(pose.x, pose.y, radius)
             if cell != OUTSIDE and cells.stands[cell] and cell not in blocked
         ]
         shut = blocked | swept.difference(under)

@@ -19,7 +19,7 @@ CREEPS: Final = 0.3  # m/s; a slower robot stops within 2.5 cm, which the margin
 def no_body_outside(history: History) -> Found:
     """Check that each body is inside the cells that its robot holds."""
     pushed = find_pushes(history)
-    radius = history.settings.robot.radius
+    radii = [body.radius for body in history.bodies]
     held: dict[str, Sequence[int]] = {}
     outside: set[str] = set()
     inside: dict[str, tuple[Pose, Sequence[int]]] = {}  # robots that were inside; no new check while nothing changes
@@ -29,7 +29,8 @@ def no_body_outside(history: History) -> Found:
         for number, (name, pose) in enumerate(zip(history.robots, moment.poses, strict=True)):
             if name not in held or name in history.mute or inside.get(name) == (pose, held[name]):
                 continue
-            out = [cell for cell in cells.cells_under_disc(pose.x, pose.y, radius - EXACT) if cell not in held[name]]
+            touched = cells.cells_under_disc(pose.x, pose.y, radii[number] - EXACT)
+            out = [cell for cell in touched if cell not in held[name]]
             if out and name not in outside and not was_pushed(pushed, number, moment.tick):
                 yield moment.tick, (name,), f"{name} is in cell {out[0]}, which it does not hold"
             outside = outside | {name} if out else outside - {name}
@@ -45,13 +46,13 @@ def room_to_brake(history: History) -> Found:
     With late answers, the commands under way are carried out first.
     """
     pushed = find_pushes(history)
-    robot, moments = history.settings.robot, history.moments
+    bodies, moments = history.bodies, history.moments
     for index, moment in enumerate(moments[:-1]):
         cells = cells_at(history, moment.tick)
         for number, name in enumerate(history.robots):
             if name not in moment.commands or name in history.mute or was_pushed(pushed, number, moment.tick):
                 continue
-            sense = moment.senses[name]
+            sense, robot = moment.senses[name], bodies[number]
             under_way = _under_way(history, index, number) if history.late else []
             if not under_way and abs(sense.linear) < CREEPS:
                 continue

@@ -50,7 +50,7 @@ def queueing_robots(history: History) -> Iterator[tuple[int, Queued]]:
     Cells of robots that drive to the same place, or on from it, shut nobody's way: they are the queue.
     """
     pushed = find_pushes(history)
-    swept = cells_swept(history, cells_at(history, 0))
+    swept = [cells_swept(history, cells_at(history, 0), number) for number in range(len(history.robots))]
     legs: dict[str, Leg | None] = {}
     held: dict[str, Collection[int]] = {}
     queues: dict[str, Queued] = {}
@@ -59,15 +59,15 @@ def queueing_robots(history: History) -> Iterator[tuple[int, Queued]]:
         if moment.tick % EVERY or not moment.health:
             continue
         legs |= {name: _leg(history, moment, name) for name in moment.commands}
-        cells = cells_at(history, moment.tick)
         driving = {name: leg for name, leg in legs.items() if leg is not None and _drives(history, moment, name)}
         for name, leg in driving.items():
             number, one = history.robots.index(name), queues.get(name)
+            cells = cells_at(history, moment.tick, number)
             if one is not None and one.stop != leg.stop:
                 one = None
                 del queues[name]  # a patrol comes back to the same stop: it waits anew
             queue = {other for other, its in driving.items() if leg.to in {its.to, its.since}}
-            shut = swept.union(*(held[other] for other in held if other not in queue))
+            shut = swept[number].union(*(held[other] for other in held if other not in queue))
             if was_pushed(pushed, number, moment.tick) or not _near(cells, moment.poses[number][:2], leg.to, shut):
                 continue
             if one is None:

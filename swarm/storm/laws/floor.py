@@ -67,11 +67,10 @@ def no_overlap(history: History) -> Found:
 
 
 def _stands_in(history: History, moment: Moment, name: str, shared: Collection[int]) -> bool:
-    pose = moment.poses[history.robots.index(name)]
-    cells = cells_at(history, moment.tick)
-    return any(
-        cell in shared for cell in cells.cells_under_disc(pose.x, pose.y, history.settings.robot.radius - GLANCE)
-    )
+    number = history.robots.index(name)
+    x, y, _ = moment.poses[number]
+    surely = max(0.0, history.body(number).radius - GLANCE)
+    return any(cell in shared for cell in cells_at(history, moment.tick).cells_under_disc(x, y, surely))
 
 
 def no_hold_without_claim(history: History) -> Found:

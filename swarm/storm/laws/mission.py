@@ -1,5 +1,6 @@
 """The laws of the mission: robots arrive, a robot that does not arrive is named, and the report is right."""
 
+from collections.abc import Sequence
 from itertools import chain, combinations, pairwise
 from math import floor
 from typing import Final
@@ -72,13 +73,14 @@ def all_arrive(history: History) -> Found:
 
 def _robots_denied(history: History) -> Found:
     """Yield who is said to have no way at all while cells do not lead to all floor that the drawing leads to."""
-    radius = history.settings.robot.radius + SPARE
     for moment in history.moments:
         said = {
             word for event in moment.events if NO_WAY in event.text for word in event.text.replace(",", " ").split()
         }
         for name in said.intersection(history.robots):
-            pose, cells = moment.poses[history.robots.index(name)], cells_at(history, moment.tick)
+            number = history.robots.index(name)
+            radius = history.body(number).radius + SPARE
+            pose, cells = moment.poses[number], cells_at(history, moment.tick, number)
             start = cells.cell_of(pose.x, pose.y)
             steps = cells.distances(start) if start != OUTSIDE else ()
             for x, y in room(floor_at(history, moment.tick), radius, (pose.x, pose.y)):
@@ -200,13 +202,14 @@ def report_agrees(history: History) -> Found:
             if time is None:
                 continue
             away = distance(track[round(time / history.dt)], history.stops[number][stop])
-            slack = (2 + history.late) * settings.robot.top_speed * history.dt
+            slack = (2 + history.late) * history.body(number).top_speed * history.dt
             if away > settings.reach + slack:
                 yield last, (name,), f"the report says {name} reached target {stop + 1}, it was {away:.2f} m away"
     arrivals = [time for row in report["per_robot"].values() for time in row["reached"] if time is not None]
     over = last * history.dt - max(arrivals) if complete and arrivals else 0.0
     yield from differs("settling", report["traffic"]["settling"], over)
-    gap = min((_gap(moment, settings.robot.radius) for moment in history.moments), default=1.0)
+    radii = [body.radius for body in history.bodies]
+    gap = min((_gap(moment, radii) for moment in history.moments), default=1.0)
     if len(history.robots) > 1 and report["clearance_min"] > gap + EXACT:
         yield last, (), f"the report says clearance_min {report['clearance_min']:g}, two robots were {gap:g} m apart"
     if gap < -1e-3 and not report["contacts"]["robot"]:
@@ -223,5 +226,6 @@ def _is_cancelled(history: History) -> bool:
     return any(dropped.values())
 
 
-def _gap(moment: Moment, radius: float) -> float:
-    return min((distance(a, b) for a, b in combinations(moment.poses, 2)), default=1e9) - 2 * radius
+def _gap(moment: Moment, radii: Sequence[float]) -> float:
+    pairs = combinations(zip(moment.poses, radii, strict=True), 2)
+    return min((distance(a, b) - one - other for (a, one), (b, other) in pairs), default=1e9)

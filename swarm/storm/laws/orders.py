@@ -40,5 +40,5 @@ def orders_are_kept(history: History) -> Found:
             since, place = stopped.setdefault(name, (moment.tick, pose))
             if moment.tick - since <= settings.rate:
                 stopped[name] = since, pose
-            elif distance(pose, place) > settings.robot.radius / 100:
+            elif distance(pose, place) > history.body(number).radius / 100:
                 yield moment.tick, (name,), f"{name} was told to stop and moves"

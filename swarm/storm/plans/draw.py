@@ -11,6 +11,7 @@ from swarm.maps.text import from_text
 from swarm.scenario.load import check_values
 from swarm.scenario.starts import robot_names
 from swarm.settings import RobotSettings
+from swarm.storm.plans.kinds import with_kinds
 from swarm.storm.plans.localisation import draw_localisation
 from swarm.storm.plans.plan import StormPlan
 from swarm.storm.plans.planned_faults import draw_faults, draw_mute
@@ -41,7 +42,7 @@ def draw(profile: str, seed: int) -> StormPlan:
         chance = Random(f"storm 1 {profile} {seed} {attempt}")
         plan = _try(PROFILES[profile], profile, seed, chance)
         if plan is not None:
-            return plan
+            return with_kinds(plan, PROFILES[profile], can_be_driven)
     raise AssertionError  # count() does not end
 
 
@@ -281,25 +282,27 @@ def _shuts_off(raw: dict[str, Any], cells: CellMap, piece: list[int]) -> bool:
 
 
 def can_be_driven(plan: StormPlan) -> bool:
-    """Check that each robot alone can reach each stop over cells, on every floor that the edits make."""
+    """Check that each robot alone can reach each stop over its cells, on every floor that the edits make."""
     scenario = plan.to_scenario()
     settings = scenario.settings
     floor = scenario.map
-    cells = cells_of(floor, settings)
     starts: list[Point] = [pose[:2] for pose in settings.start.poses or ()]
-    if any(cells.cell_of(*start) < 0 or not cells.stands[cells.cell_of(*start)] for start in starts):
-        return False
     floors = [floor]
     for edit in settings.edits:
         kind = {"wall": WALL, "obstacle": OBSTACLE, "free": FREE}[edit.kind]
         floor = floor.edit_rectangle(kind, edit.low, edit.high)[0]
         floors.append(floor)
-    for floor in floors:
-        cells = cells_of(floor, settings)
-        for number, start in enumerate(starts):
-            for stop in [*scenario.stops(number, start), *settings.pool]:
-                if distance_to_stop(cells, stop, settings) > settings.reach or not comes_near(
-                    cells, start, stop, settings
-                ):
-                    return False
+    for number, start in enumerate(starts):
+        own = scenario.of_robot(number).settings
+        cells = cells_of(floors[0], own)
+        if cells.cell_of(*start) < 0 or not cells.stands[cells.cell_of(*start)]:
+            return False
+        stops = [*scenario.stops(number, start), *settings.pool]
+        for changed in floors:
+            cells = cells_of(changed, own)
+            if any(
+                distance_to_stop(cells, stop, own) > own.reach or not comes_near(cells, start, stop, own)
+                for stop in stops
+            ):
+                return False
     return True

@@ -12,7 +12,7 @@ from swarm.fuzzy import load_profile
 from swarm.maps.files import read_text
 from swarm.maps.text import from_text
 from swarm.scenario.check import check
-from swarm.scenario.load import Scenario, check_values
+from swarm.scenario.load import Scenario, check_values, load_own_profiles
 from swarm.scenario.prepare import settle_lattice
 from swarm.settings import Section, Settings
 from world.faults import Faults, Health, Spell
@@ -52,7 +52,7 @@ class StormPlan(Section, frozen=True, kw_only=True):
     @property
     def robots(self) -> int:
         """Number of robots."""
-        return self.scenario.robots
+        return self.scenario.count
 
     @property
     def dead(self) -> bool:
@@ -77,6 +77,7 @@ class StormPlan(Section, frozen=True, kw_only=True):
             "pool": bool(settings.pool),
             "shared targets": bool(settings.targets),
             "unknown floor": not settings.map.known,
+            "kinds": bool(settings.kinds),
             **{name: kind in kinds for kind, name in FAULTS.items()},
         }
         return frozenset(name for name, there in flags.items() if there)
@@ -91,7 +92,8 @@ class StormPlan(Section, frozen=True, kw_only=True):
         if settings.map.text is None:
             raise ConfigError("a plan's map: expected `text`, got a file; draw the map in the plan")
         floor = from_text(settings.map.text, settings.map.cell)
-        return settle_lattice(Scenario(settings, floor, load_profile(settings.controller)))
+        own = load_own_profiles(settings)
+        return settle_lattice(Scenario(settings, floor, load_profile(settings.controller), own))
 
     def to_faults(self) -> Faults:
         """Return the faults in the simulation's form."""

@@ -37,6 +37,7 @@ class StormProfile:
     orders: float = 0.0
     pool: float = 0.0
     noise: float = 0.0
+    kinds: float = 0.1  # chance that the robots are of two or three kinds
     pose: float = 0.0  # chance that robots know their poses only nearly
     jumps: float = 0.0  # chance that the pose of one robot jumps then
     mute: float = 0.0  # chance that one or two robots say nothing of traffic
@@ -52,6 +53,7 @@ ALL: Final = StormProfile(
 PROFILES: Final[Mapping[str, StormProfile]] = {
     "all": ALL,
     "calm": StormProfile(),
+    "kinds": replace(ALL, kinds=1.0, orders=0.2),
     "dead": StormProfile(dead=0.7, leader_killed=0.4, edits=0.15),
     "late": StormProfile(late=1.0, held_up=0.2),
     "slow": StormProfile(slow=1.0, held_up=0.2, dead=0.05),

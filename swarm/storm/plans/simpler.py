@@ -1,5 +1,6 @@
 """The cuts that shrinking tries: each makes plans that are a little simpler than a plan."""
 
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from copy import deepcopy
 from typing import Any, Final, TypeVar
@@ -67,12 +68,14 @@ def _with_value(raw: Raw, path: str, value: object) -> Raw:
 
 def robots(raw: Raw) -> Iterator[Raw]:
     """Leave robots out; those that stay are numbered again."""
-    for stay in _fewer(range(raw["scenario"]["robots"])):
+    mix = raw["scenario"]["robots"]
+    kinds = [kind for kind, count in mix.items() for _ in range(count)] if isinstance(mix, dict) else []
+    for stay in _fewer(range(len(kinds) or mix)):
         if not stay:
             continue
         new = deepcopy(raw)
         scenario = new["scenario"]
-        scenario["robots"] = len(stay)
+        scenario["robots"] = Counter(kinds[number] for number in stay) if kinds else len(stay)
         scenario["start"]["poses"] = [scenario["start"]["poses"][number] for number in stay]
         if scenario["own_targets"]:
             scenario["own_targets"] = [scenario["own_targets"][number] for number in stay]
@@ -98,6 +101,9 @@ def conditions(raw: Raw) -> Iterator[Raw]:
     yield raw | {"kill_leader_at": None}
     for stay in _fewer(raw["mute"]):
         yield raw | {"mute": stay}
+    if raw["scenario"]["kinds"]:
+        alike = _with_value(raw, "scenario.robots", sum(raw["scenario"]["robots"].values()))
+        yield _with_value(alike, "scenario.kinds", {})
     for path, value in (
         ("radio.loss", 0.0), ("radio.line_of_sight", False), ("radio.range", FAR_RADIO), ("return_home", False),
         ("sensors.noise", 0.0), ("sensors.bearing_noise_deg", 0.0),

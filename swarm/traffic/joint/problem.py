@@ -1,16 +1,14 @@
-"""The problems that a leader gives its search: who moves from where to where, and which cells are blocked.
-
-Each robot ends in a cell of its own: its goal, or a free cell near it if that is taken or cut off.
-"""
+"""The problems that a leader gives its search: who moves from where to where, and which cells are blocked."""
 
 from collections import Counter
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from enum import Enum, auto
 from random import Random
 from typing import Final, NamedTuple
 
 from swarm.geometry import distance
 from swarm.messages.traffic import Epoch, Record
+from swarm.traffic.joint.goals import FallbackGoal, assign_goals
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
 from swarm.traffic.lattice.distances import FAR
 from swarm.traffic.mapf.planner import Budget, JointSearch
@@ -25,13 +23,6 @@ class AvoidedCells(Enum):
     HELD = auto()  # all cells that they hold or claim
     BODIES = auto()  # cells that their bodies reached into when they were heard last
     MIDDLES = auto()  # cells that their middles were in then: they may have driven out of the others
-
-
-class FallbackGoal(Enum):
-    """Where a robot goes if another robot gets its goal."""
-
-    NEAR = "near"  # near its goal, so that it arrives soon after the goal is free
-    STAY = "stay"  # near its present cell, so that the fewest robots move
 
 
 class Relaxation(NamedTuple):
@@ -68,6 +59,8 @@ class Member(NamedTuple):
     wants: int  # tick since which it has had this goal
     then: int = OUTSIDE  # cell of the target after that one; OUTSIDE: there is none
     docking: tuple[int, ...] = ()  # cells beside its own that it needs at its stop
+    radius: float | None = None  # m; None: as wide as its leader
+    top: float | None = None  # m/s, the fastest that it drives; None: as fast as its leader
 
 
 class Problem(NamedTuple):
@@ -85,6 +78,8 @@ class Problem(NamedTuple):
     vias: tuple[int, ...] = ()  # the target that each member visits on its way; OUTSIDE: none
     wanting: bool = False  # a member has stops left, and is not at its goal
     frees: bool = False  # a plan leads others out of the cells that a member at its stop needs
+    floors: tuple[CellMap, ...] = ()  # how the cells are joined for each member; (): for all as for the leader
+    paces: tuple[float, ...] = ()  # times as long as the quickest that each member takes for a cell; (): all alike
 
     @property
     def is_useful(self) -> bool:
@@ -100,19 +95,34 @@ class Problem(NamedTuple):
         """Return a search for the answer."""
         blocked, expansions = self.blocked, settings.expansions // (1 if self.relaxation < WHOLE else 2)
         enough = settings.enough * (2 if self.vias else 1) // len(self.members)  # a way through a target is longer
+        own = {id(floor): _joins_without(floor, blocked) for floor in (cells, *self.floors)}
+        floors = [own[id(floor)] for floor in self.floors]
+        shared, each = own[id(cells)], self.floors or (cells,) * len(self.members)
+        if floors:  # the widest member's joins are those that all members have
+            shared = own[id(max(self.floors, key=lambda floor: floor.radius))]
         return JointSearch(
-            [[cell for cell in near if cell not in blocked] for near in cells.neighbours]
-            if blocked
-            else cells.neighbours,
-            [cells.distances(goal, blocked) for goal in self.goals],
+            shared,
+            [floor.distances(goal, blocked) for floor, goal in zip(each, self.goals, strict=True)],
             self.starts,
             self.goals,
             budget=Budget(settings.starts, expansions, enough),
             random=Random(f"{epoch.tick} {epoch.leader}"),
             eager=self.eager,
             corner=ON_THE_SPOT if is_lane(cells.side, settings.radius) else CORNER,
-            vias=[cells.distances(via, blocked) if via != OUTSIDE else None for via in self.vias],
+            vias=[
+                floor.distances(via, blocked) if via != OUTSIDE else None
+                for floor, via in zip(each[: len(self.vias)], self.vias, strict=True)
+            ],
+            floors=floors,
+            paces=self.paces,
         )
+
+
+def _joins_without(cells: CellMap, blocked: Collection[int]) -> Sequence[Sequence[int]]:
+    """Return the joined cells of each cell, without those that are blocked."""
+    if not blocked:
+        return cells.neighbours
+    return [[cell for cell in near if cell not in blocked] for near in cells.neighbours]
 
 
 def members_of(epoch: Epoch, me: str, situation: Situation) -> dict[str, Member]:
@@ -125,7 +135,7 @@ def members_of(epoch: Epoch, me: str, situation: Situation) -> dict[str, Member]
             head = record.held[-1]
             members[robot] = Member(
                 head, record.goal, record.idle, record.done, record.moved, record.wants, record.then,
-                cells_needed_at_stop(record),
+                cells_needed_at_stop(record), record.radius, record.top,
             )  # fmt: skip
     return members
 
@@ -135,6 +145,8 @@ def problem_of(
 ) -> Problem:
     """Return the problem of a relaxation."""
     relaxation = RELAXATIONS[number]
+    floors = {robot: _floor_of(member, cells, settings) for robot, member in everybody.items()}
+    unlike = any(floor is not cells for floor in floors.values())
     heads = {robot: member.head for robot, member in everybody.items()}
     in_the_way = situation.blocked | _silent_body_cells(situation, relaxation.round, cells)
     if relaxation.round is AvoidedCells.HELD:
@@ -144,11 +156,11 @@ def problem_of(
     idle = {robot for robot in everybody if everybody[robot].idle} | (
         done if relaxation.aside is FallbackGoal.STAY else set()
     )
-    vias = _shared_targets(everybody, in_the_way, cells) if relaxation.through else {}
+    vias = _shared_targets(everybody, in_the_way, floors) if relaxation.through else {}
     wishes = {robot: member.then if robot in vias else member.goal for robot, member in everybody.items()}
     since = {robot: member.moved for robot, member in everybody.items()}
     docks = _dock_cells(everybody)
-    goals = assign_goals(cells, heads, wishes, in_the_way, since, done, idle, relaxation.aside, docks)
+    goals = assign_goals(cells, heads, wishes, in_the_way, since, done, idle, relaxation.aside, docks, floors)
     # nobody leaves its place for robots that only go back to theirs
     resting = (
         set()
@@ -158,7 +170,7 @@ def problem_of(
     members = tuple(sorted(heads.keys() - resting))
     ends = tuple(goals[robot] for robot in members)
     blocked = frozenset(in_the_way | {heads[robot] for robot in resting})
-    exact = not blocked and not settings.learns and not vias
+    exact = not blocked and not settings.learns and not vias and not unlike
     wanting = {robot: everybody[robot] for robot in members if robot not in idle}
     eager = _members_to_arrive(members, ends, wanting)
     return Problem(
@@ -174,7 +186,22 @@ def problem_of(
         vias=tuple(vias.get(robot, OUTSIDE) for robot in members) if vias else (),
         wanting=any(one.head != one.goal and not one.done for one in wanting.values()),
         frees=any(heads[robot] in docks and goals[robot] not in docks for robot in members),
+        floors=tuple(floors[robot] for robot in members) if unlike else (),
+        paces=_paces([everybody[robot].top or settings.top for robot in members]),
     )
+
+
+def _floor_of(member: Member, cells: CellMap, settings: TrafficConstants) -> CellMap:
+    """Return how the leader's ``cells`` are joined for a member."""
+    if member.radius is None or member.radius == settings.radius:
+        return cells
+    return cells.for_radius(cells.radius + member.radius - settings.radius)
+
+
+def _paces(tops: Sequence[float]) -> tuple[float, ...]:
+    """Return how many times as long as the quickest each member takes, by the most [m/s] that it drives."""
+    quickest = max(tops, default=0.0)
+    return () if all(top == quickest for top in tops) else tuple(quickest / top for top in tops)
 
 
 def _dock_cells(everybody: Mapping[str, Member]) -> frozenset[int]:
@@ -192,7 +219,9 @@ def _dock_cells(everybody: Mapping[str, Member]) -> frozenset[int]:
     return frozenset(kept)
 
 
-def _shared_targets(everybody: Mapping[str, Member], blocked: Collection[int], cells: CellMap) -> dict[str, int]:
+def _shared_targets(
+    everybody: Mapping[str, Member], blocked: Collection[int], floors: Mapping[str, CellMap]
+) -> dict[str, int]:
     """Return the targets of the robots that can go on from there to their next ones, if any two share a target."""
     wanting = {robot: member for robot, member in everybody.items() if not (member.idle or member.done)}
     shared = Counter(member.goal for member in wanting.values())
@@ -200,7 +229,7 @@ def _shared_targets(everybody: Mapping[str, Member], blocked: Collection[int], c
         return {}
     found: dict[str, int] = {}
     for robot, member in wanting.items():
-        via, then = member.goal, member.then
+        via, then, cells = member.goal, member.then, floors[robot]
         both_free = 0 <= via < len(cells) and 0 <= then < len(cells) and cells.stands[then] and via not in blocked
         if then != via and both_free:
             steps = cells.distances(via, blocked)
@@ -251,68 +280,3 @@ def _is_near_members(record: Record, heads: Collection[int], cells: CellMap, set
     """
     near = settings.radio_range / 2
     return any(distance(cells.centre(head), (record.x, record.y)) <= near for head in heads)
-
-
-def assign_goals(
-    cells: CellMap,
-    heads: Mapping[str, int],
-    wishes: Mapping[str, int],
-    blocked: Collection[int],
-    since: Mapping[str, int],
-    done: Collection[str] = (),
-    idle: Collection[str] = (),
-    aside: FallbackGoal = FallbackGoal.NEAR,
-    kept_free: Collection[int] = (),
-) -> dict[str, int]:
-    """Return a goal cell for each robot that it can reach and that no other robot has.
-
-    The robot nearest to its goal chooses first. Of equally near robots, the one that has stood the longest chooses
-    first: ``since`` [tick] is when each last made progress. Robots in ``done`` have no stops left. They choose after
-    all robots that have stops left, even after those that only get a cell near their goal: a robot that stands there to
-    look past a dead robot must not be sent away for one that only returns to its place. Robots in ``idle`` choose last
-    and only have to be out of the way: each stays, or goes to the nearest cell that no robot drives over to its own
-    goal.
-
-    Nobody gets a cell that is ``kept_free`` for a robot at its stop, as long as there are others.
-
-    Shared targets need no other rule: one robot gets the target, the others get free cells, chosen by ``aside``. A
-    robot whose goal is not a cell (OUTSIDE) wishes to stay where it is.
-    """
-    reach = {robot: cells.distances(head, blocked) for robot, head in heads.items()}
-    wish = {robot: goal if 0 <= goal < len(cells) else heads[robot] for robot, goal in wishes.items()}
-    rank = {robot: 2 if robot in idle else int(robot in done) for robot in heads}
-    queue = sorted(heads, key=lambda robot: (rank[robot], reach[robot][wish[robot]], since[robot], robot))
-    taken: dict[int, str] = dict.fromkeys(kept_free, "")
-    ways: set[int] = set()
-    for level in sorted(set(rank.values())):
-        peers = [robot for robot in queue if rank[robot] == level]
-        for robot in peers:
-            goal = wish[robot]
-            if reach[robot][goal] < FAR and goal not in taken and not (robot in idle and goal in ways):
-                taken[goal] = robot
-                ways.update(_way(cells, cells.distances(goal, blocked), heads[robot], heads.values()))
-        for robot in peers:
-            if robot not in taken.values():
-                near, table = cells.distances(wish[robot]), reach[robot]
-                free = [cell for cell, steps in enumerate(table) if steps < FAR and cell not in taken]
-                free = free or [cell for cell, steps in enumerate(table) if steps < FAR and not taken[cell]]
-                taken[min(free, key=_make_sort_key(aside, near, table, ways))] = robot
-    return {robot: cell for cell, robot in taken.items() if robot}
-
-
-def _way(cells: CellMap, steps: Sequence[int], start: int, taken: Collection[int]) -> Iterator[int]:
-    """Yield the cells of a shortest way from ``start`` to where ``steps`` is 0; cells off ``taken`` are preferred."""
-    yield (cell := start)
-    while steps[cell]:
-        yield (cell := min(cells.neighbours[cell], key=lambda other: (steps[other], other in taken, other)))
-
-
-def _make_sort_key(
-    aside: FallbackGoal, near: Sequence[int], table: Sequence[int], ways: Collection[int]
-) -> Callable[[int], tuple[int, ...]]:
-    """Return the sort key of a cell: off the ways first, then by its steps from the goal and from the robot."""
-    match aside:
-        case FallbackGoal.NEAR:
-            return lambda cell: (cell in ways, near[cell], table[cell], cell)
-        case FallbackGoal.STAY:
-            return lambda cell: (cell in ways, table[cell], near[cell], cell)

@@ -53,6 +53,8 @@ class CellMap:
         self._frame = (x, y, cos(yaw), sin(yaw), *offset, side)
         self._blind: dict[tuple[int, int], bool] = {}
         self._passable: dict[tuple[int, int], bool] = {}
+        self._other_radii: dict[float, CellMap] = {}
+        self._shut: frozenset[tuple[int, int]] = frozenset() if like is None else like._shut
         if like is None:
             self._solid = np.pad(_solid(occupancy.cells, unknown_is_free), 1, constant_values=True)
             self._flags = np.zeros((4, self.rows, self.columns), np.bool_)
@@ -285,12 +287,26 @@ class CellMap:
         if not pairs:
             return self
         other = self._over_map(self.occupancy)
+        other._shut = self._shut | pairs
         other.neighbours = tuple(
             tuple(near for near in row if (cell, near) not in pairs and (near, cell) not in pairs)
             for cell, row in enumerate(self.neighbours)
         )
         other._distances = Distances(other.neighbours)
         return other
+
+    def for_radius(self, radius: float) -> "CellMap":
+        """Return the cells of the same floor as they are joined for a disc of another radius [m]; it is kept.
+
+        What was taken from the joins by ``without_joins`` is missing there too.
+        """
+        found = self._other_radii.get(radius)
+        if found is None:
+            found = CellMap(
+                self.occupancy, side=self.side, radius=radius, offset=self.offset, unknown_is_free=self._unknown_is_free
+            ).without_joins(self._shut)
+            self._other_radii[radius] = found
+        return found
 
     def _over_map(self, occupancy: OccupancyMap) -> "CellMap":
         """Return the same cells over another map of the same size."""

@@ -17,10 +17,15 @@ Joined = NDArray[np.int32]  # (cells, most neighbours of a cell), filled up with
 
 def neighbour_table(neighbours: Collection[Collection[int]]) -> Joined:
     """Return the neighbours of all cells as ``breadth_first`` takes them."""
-    most = max(map(len, neighbours), default=0)
-    return np.array([(*near, *(NONE,) * (most - len(near))) for near in neighbours], np.int32).reshape(
-        len(neighbours), most
-    )
+    table: Joined = neighbour_tables([neighbours])[0]
+    return table
+
+
+def neighbour_tables(floors: Sequence[Collection[Collection[int]]]) -> NDArray[np.int32]:
+    """Return such a table for each of several floors, all of one width: (floors, cells, most neighbours of a cell)."""
+    most = max([len(near) for neighbours in floors for near in neighbours], default=0)
+    rows = [[(*near, *(NONE,) * (most - len(near))) for near in neighbours] for neighbours in floors]
+    return np.array(rows, np.int32).reshape(len(floors), len(floors[0]), most)
 
 
 @njit("i8[::1](i4[:, ::1], i8, i8[::1])", cache=True, boundscheck=True)

@@ -8,6 +8,7 @@ from typing import Any, Final
 
 from swarm.errors import ConfigError
 from swarm.geometry import distance
+from swarm.kinds import all_bodies
 from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.settings import Settings
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
@@ -105,7 +106,7 @@ def gap_to_stop(cells: CellMap, stop: Point, settings: Settings) -> float:
     return inf if cell == OUTSIDE else gap_to_place(cells, cell, stop, traffic_settings(settings))
 
 
-@lru_cache(maxsize=4)
+@lru_cache(maxsize=8)  # one for each kind of robots
 def build_lattice(floor: OccupancyMap, side: float, fits: float, offset: Point | None, lean: float | None) -> CellMap:
     """Return the lattice with cells of ``side`` [m] over a floor; ``fits`` [m] must be free around a cell's middle."""
     cells = CellMap(floor, side=side, radius=fits, offset=offset or (0.0, 0.0))
@@ -119,14 +120,18 @@ def lean_room(settings: Settings) -> float | None:
 
 def traffic_settings(settings: Settings) -> TrafficConstants:
     """Return traffic's constants for a scenario."""
-    robot, radio = settings.robot, settings.radio
+    robot, radio, bodies = settings.robot, settings.radio, all_bodies(settings)
     constants = TrafficConstants(
         tick=1.0 / settings.rate,
         every=radio.every,
         radius=robot.radius,
+        top=robot.top_speed,
+        widest=max(body.radius for body in bodies),
+        tells_body=bool(settings.kinds),
         radio_range=radio.range,
-        speed=robot.top_speed,
-        acceleration=robot.wheel_acceleration,
+        speed=max(body.top_speed for body in bodies),
+        acceleration=max(body.wheel_acceleration for body in bodies),
+        braking=min(body.wheel_acceleration for body in bodies),
         sensor_range=settings.sensors.range,
         reach=settings.reach,
         learns=not settings.map.known,

@@ -14,7 +14,7 @@ from heapq import heappop, heappush
 from typing import Final
 
 from swarm.traffic.mapf.lacam import SearchState, Steps
-from swarm.traffic.mapf.pibt import Configuration, Joined, Tables
+from swarm.traffic.mapf.pibt import Configuration, Floors, Joined, Tables
 
 MOST_KEPT: Final = 60_000  # configurations kept
 NUMBERS: Final = 1 << 20  # more than the numbers of configurations
@@ -23,14 +23,15 @@ NUMBERS: Final = 1 << 20  # more than the numbers of configurations
 class BestFirst:
     """One search from ``starts``; ``tables[i]`` holds the steps of robot i to its goal from every cell.
 
-    The search is solved when each robot is at its goal, where its table is 0.
+    The search is solved when each robot is at its goal, where its table is 0. ``floors`` are the cells that are joined
+    for each robot, by default ``neighbours`` for all.
     """
 
-    def __init__(self, neighbours: Joined, tables: Tables, starts: Configuration) -> None:
+    def __init__(self, neighbours: Joined, tables: Tables, starts: Configuration, floors: Floors = ()) -> None:
         self.state = SearchState.RUNNING
         self.expansions = 0
         self.steps: Steps = []
-        self._neighbours = neighbours
+        self._floors = floors or [neighbours] * len(starts)
         self._tables = tables
         self._kept = [_pack_state(starts)]  # configurations, by number
         self._parents = array("i", [-1])  # number of the configuration before each
@@ -54,7 +55,7 @@ class BestFirst:
             taken = set(at)
             for robot, cell in enumerate(at):
                 table = self._tables[robot]
-                for other in self._neighbours[cell]:
+                for other in self._floors[robot][cell]:
                     if other in taken:
                         continue
                     following = _pack_state((*at[:robot], other, *at[robot + 1 :]))

@@ -15,7 +15,7 @@ from enum import Enum
 from random import Random
 from typing import Final
 
-from swarm.traffic.mapf.pibt import Configuration, Joined, StepGenerator, Tables, TieBreak
+from swarm.traffic.mapf.pibt import Configuration, Floors, Joined, StepGenerator, Tables, TieBreak
 
 Orders = tuple[tuple[int, int], ...]  # constraints: (robot, cell that it goes to)
 Steps = list[Configuration]  # configurations, one per time step
@@ -52,6 +52,8 @@ class _LacamNode:
 class LacamSearch:
     """One search from ``starts`` to ``goals``; ``tables[i]`` holds the steps of robot i to its goal from every cell.
 
+    ``floors`` are the cells that are joined for each robot, by default ``neighbours`` for all.
+
     Robots with a via visit that cell first. ``near_first``: at first, those nearest to theirs have priority, otherwise
     those farthest off.
     """
@@ -67,14 +69,15 @@ class LacamSearch:
         random: Random,
         vias: Vias = (),
         near_first: bool = False,
+        floors: Floors = (),
     ) -> None:
         self.state = SearchState.RUNNING
         self.expansions = 0
         self.steps: Steps = []
         self._goals: Final = goals
-        self._neighbours: Final = neighbours
+        self._floors: Final = floors or [neighbours] * len(starts)
         self._random: Final = random
-        self._generator: Final = StepGenerator(neighbours, tables, goals, ties=ties, random=random)
+        self._generator: Final = StepGenerator(neighbours, tables, goals, ties=ties, random=random, floors=self._floors)
         self._tables: Final = tables
         self._vias: Final = vias
         been = self._visited_vias((), starts)
@@ -148,7 +151,7 @@ class LacamSearch:
             return
         robot = node.priority[len(orders)]
         home = node.at[robot]
-        cells = [*self._neighbours[home], home]
+        cells = [*self._floors[robot][home], home]
         self._random.shuffle(cells)
         node.orders.extend([(*orders, (robot, cell)) for cell in cells])
 

@@ -13,6 +13,7 @@ from random import Random
 from typing import Final
 
 Joined = Sequence[Sequence[int]]  # [cell] -> joined cells
+Floors = Sequence[Joined]  # [robot]: the cells that are joined for it
 Tables = Sequence[Sequence[int]]  # [robot][cell] -> steps to the robot's goal
 Configuration = tuple[int, ...]  # [robot] -> cell
 
@@ -33,9 +34,11 @@ class StepGenerator:
     """Computes the next configuration of all robots from the present one, under priorities and constraints (orders)."""
 
     def __init__(
-        self, neighbours: Joined, tables: Tables, goals: Configuration, *, ties: TieBreak, random: Random
-    ) -> None:
-        self.neighbours = neighbours
+        self, neighbours: Joined, tables: Tables, goals: Configuration, *, ties: TieBreak, random: Random,
+        floors: Floors = (),
+    ) -> None:  # fmt: skip
+        """Begin; ``floors`` are the cells that are joined for each robot, by default ``neighbours`` for all."""
+        self.floors = floors or [neighbours] * len(goals)
         self.tables = tables
         self.goals = goals
         self.ties = ties
@@ -129,7 +132,7 @@ class StepGenerator:
         favoured = 2 * home - self._before[robot] if straight_on else NOWHERE
         cost = {
             cell: table[cell] + (0.4 * chance() if cell == favoured else TURN_COST + 0.4 * chance())
-            for cell in self.neighbours[home]
+            for cell in self.floors[robot][home]
         }
         cost[home] = float(table[home])
         return sorted(cost, key=cost.__getitem__)
@@ -145,29 +148,29 @@ class StepGenerator:
             other != NOBODY
             and self._to[other] == UNDECIDED
             and self._must_swap(robot, other, home, wish)
-            and self._can_swap(wish, home)
+            and self._can_swap(robot, wish, home)
         ):
             return other
-        for cell in self.neighbours[home]:  # a robot behind wants to pass: make room
+        for cell in self.floors[robot][home]:  # a robot behind wants to pass: make room
             other = now[cell]
             if (
                 other != NOBODY
                 and cell != wish
                 and self._to[other] == UNDECIDED
                 and self._must_swap(other, robot, home, wish)
-                and self._can_swap(wish, home)
+                and self._can_swap(robot, wish, home)
             ):
                 return other
         return NOBODY
 
-    def _count_ways_on(self, pusher_at: int, puller_at: int) -> tuple[int, int]:
+    def _count_ways_on(self, puller: int, pusher_at: int, puller_at: int) -> tuple[int, int]:
         """Return the number of ways on for the puller, except dead ends whose owner rests, and the last of them."""
-        ways, onward = 0, UNDECIDED
-        for cell in self.neighbours[puller_at]:
+        ways, onward, joined = 0, UNDECIDED, self.floors[puller]
+        for cell in joined[puller_at]:
             if cell == pusher_at:
                 continue
             other = self._now[cell]
-            if other != NOBODY and len(self.neighbours[cell]) == 1 and self.goals[other] == cell:
+            if other != NOBODY and len(joined[cell]) == 1 and self.goals[other] == cell:
                 continue
             ways, onward = ways + 1, cell
         return ways, onward
@@ -176,7 +179,7 @@ class StepGenerator:
         """Return True if two robots must change places to reach their goals: no side way opens while one pushes."""
         push, pull = self.tables[pusher], self.tables[puller]
         while push[puller_at] < push[pusher_at]:
-            ways, onward = self._count_ways_on(pusher_at, puller_at)
+            ways, onward = self._count_ways_on(puller, pusher_at, puller_at)
             if ways >= 2:
                 return False
             if ways == 0:
@@ -184,11 +187,11 @@ class StepGenerator:
             pusher_at, puller_at = puller_at, onward
         return pull[pusher_at] < pull[puller_at] and (push[pusher_at] == 0 or push[puller_at] < push[pusher_at])
 
-    def _can_swap(self, pusher_from: int, puller_from: int) -> bool:
+    def _can_swap(self, puller: int, pusher_from: int, puller_from: int) -> bool:
         """Return True if the two robots reach a junction to change places at while one pulls the other back."""
         pusher_at, puller_at = pusher_from, puller_from
         while puller_at != pusher_from:
-            ways, onward = self._count_ways_on(pusher_at, puller_at)
+            ways, onward = self._count_ways_on(puller, pusher_at, puller_at)
             if ways != 1:
                 return ways >= 2
             pusher_at, puller_at = puller_at, onward

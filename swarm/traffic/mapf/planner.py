@@ -23,7 +23,7 @@ from swarm.traffic.mapf.best_first import BestFirst
 from swarm.traffic.mapf.lacam import LacamSearch, SearchState, Steps, Vias, remove_detours
 from swarm.traffic.mapf.lns import PlanImprover
 from swarm.traffic.mapf.one_robot import OneRobot
-from swarm.traffic.mapf.pibt import Configuration, Joined, Tables, TieBreak
+from swarm.traffic.mapf.pibt import Configuration, Floors, Joined, Tables, TieBreak
 from swarm.traffic.mapf.precedence import Precedence, order_of
 from swarm.traffic.mapf.schedule import CORNER, Schedule, schedule_plan
 
@@ -82,6 +82,10 @@ class JointSearch:
     it visits on its way; None: it visits none. Several robots may visit one cell. Such a search proves nothing: it ends
     with a plan or without. ``corner`` are the steps for a cell in which a way turns.
 
+    Where robots are unlike each other, ``floors`` are the cells that are joined for each, and ``neighbours`` those that
+    are for all; ``paces`` say how many times as long as the quickest each takes for a cell. Such a search proves
+    nothing of one robot: the others are not alike, and it lets them move only where all can.
+
     Raises:
         ValueError: Two robots have the same start or the same goal.
     """
@@ -98,6 +102,8 @@ class JointSearch:
         eager: Sequence[int] | None = None,
         vias: Vias = (),
         corner: float = CORNER,
+        floors: Floors = (),
+        paces: Sequence[float] = (),
     ) -> None:
         if len(set(starts)) < len(starts) or len(set(goals)) < len(goals):
             raise ValueError(f"two robots in one cell: starts {starts}, goals {goals}")
@@ -108,10 +114,11 @@ class JointSearch:
         self._spent = 0
         self._begun = 0
         self._search: LacamSearch | None = None
-        self._corner = corner
+        self._corner, self._paces = corner, paces
+        self._floors = floors if any(floor is not neighbours for floor in floors) else ()
         self._vias = vias if any(via is not None for via in vias) else ()
         self._visits = [-1 if via is None else via.index(0) for via in self._vias]  # cell that each robot visits
-        self._pairs = [] if self._vias else list(combinations(range(len(starts)), 2))[::-1]
+        self._pairs = [] if self._vias or self._floors else list(combinations(range(len(starts)), 2))[::-1]
         self._best: Plan | None = None
         self._improver: PlanImprover | None = None
         self._improving = 0  # expansions that changes of the plan have cost
@@ -193,7 +200,7 @@ class JointSearch:
         neighbours, tables, starts, _ = self._problem
         eager = self._questions[0]
         search = self._best_first or (
-            BestFirst(neighbours, tables, starts)
+            BestFirst(neighbours, tables, starts, self._floors)
             if len(eager) == len(starts)
             else OneRobot(neighbours, tables[eager[0]], starts, eager[0])
         )
@@ -204,7 +211,7 @@ class JointSearch:
             self._keep_if_quicker(search.steps, max(1, search.expansions // len(starts)))
             if len(eager) < len(starts):
                 self._finish(SearchOutcome.FOR_ONE, eager)
-        elif state is SearchState.UNSOLVABLE and len(eager) == 1:
+        elif state is SearchState.UNSOLVABLE and len(eager) == 1 and not self._floors:
             self._finish(SearchOutcome.UNSOLVABLE, tuple(range(len(starts))))
         if state is not SearchState.RUNNING or search.expansions == before or search.expansions >= BEST_FIRST:
             self._together = self._together and not (state is SearchState.UNSOLVABLE and len(eager) == len(starts))
@@ -219,8 +226,9 @@ class JointSearch:
             return None
         ties, near_first = TURNS[self._begun % len(TURNS)], bool(self._vias) and self._begun % 2 == 0
         self._search = LacamSearch(
-            neighbours, tables, starts, goals, ties=ties, random=self._random, vias=self._vias, near_first=near_first
-        )
+            neighbours, tables, starts, goals, ties=ties, random=self._random, vias=self._vias, near_first=near_first,
+            floors=self._floors,
+        )  # fmt: skip
         self._begun += 1
         return self._search
 
@@ -238,7 +246,7 @@ class JointSearch:
 
     def _keep_if_quicker(self, found: Steps, expansions: int) -> None:
         """Keep a plan if it is the quickest so far."""
-        plan = schedule_plan(remove_detours(found, self._visits), self._corner)
+        plan = schedule_plan(remove_detours(found, self._visits), self._corner, self._paces)
         judged = self._plan_cost(plan)
         self._least = expansions if self._best is None else min(self._least, expansions)
         if self._best is None or judged < self._best[0]:
@@ -260,7 +268,9 @@ class JointSearch:
         if len(starts) == 1 or self._fruitless >= fruitless or self._improving >= self._budget.enough:
             return self._compare_with_one_by_one(best, expansions)
         self._fruitless += 1
-        improving = self._improver = self._improver or PlanImprover(neighbours, tables, self._random, self._vias)
+        improving = self._improver = self._improver or PlanImprover(
+            neighbours, tables, self._random, self._vias, self._floors
+        )
         before = improving.pops
         plan = improving.replan_robots(best[1])
         if plan is not None:
@@ -289,7 +299,7 @@ class JointSearch:
         before = search.expansions
         state = search.advance(expansions)
         if state is SearchState.SOLVED:
-            plan = schedule_plan(remove_detours(search.steps), self._corner)
+            plan = schedule_plan(remove_detours(search.steps), self._corner, self._paces)
             self._in_turn.append((self._plan_cost(plan), plan))
             self._alone = None
         elif state is SearchState.UNSOLVABLE or search.expansions >= PAIR or search.expansions == before:

@@ -41,6 +41,7 @@ class Schedule(NamedTuple):
     last: float  # arrival [steps]
     total: float  # of all arrivals [steps]
     corner: float  # steps for a cell in which a way turns
+    paces: Floats  # (robots): times as long as the quickest that each takes for its way
 
     def steps(self) -> list[tuple[int, ...]]:
         """Return the cells of all robots at each time step: each moves as soon as the order of entries lets it."""
@@ -79,17 +80,18 @@ def move_time(before: int, cell: int, other: int, corner: float = CORNER) -> flo
 _pace = njit("f8(i8, i8, i8, f8)", cache=True)(move_time)
 
 
-@njit("f8(i8[::1], i8, f8)", cache=True)
-def _move_time_at(way: Integers, place: int, corner: float) -> float:
-    """Return the time from the cell before a place of a way to the cell there [steps]."""
+@njit("f8(i8[::1], i8, f8, f8)", cache=True)
+def _move_time_at(way: Integers, place: int, corner: float, pace: float) -> float:
+    """Return the time from the cell before a place of a way to the cell there [steps], at a robot's ``pace``."""
     before = way[place - 2] if place > 1 else way[place - 1]
-    return _pace(before, way[place - 1], way[place], corner)
+    return pace * _pace(before, way[place - 1], way[place], corner)
 
 
-@njit("void(i8[::1], f8[:, :, ::1], i8, i8, f8, f8)", cache=True)
-def _set_entry(way: Integers, times: Floats, robot: int, place: int, begins: float, corner: float) -> None:
+@njit("void(i8[::1], f8[:, :, ::1], i8, i8, f8, f8, f8)", cache=True)
+def _set_entry(way: Integers, times: Floats, robot: int, place: int, begins: float, corner: float, pace: float) -> None:
     """Note when a robot begins to drive into a place of its way, and so when it arrives there."""
-    times[BEGINS, robot, place], times[ARRIVES, robot, place] = begins, begins + _move_time_at(way, place, corner)
+    times[BEGINS, robot, place] = begins
+    times[ARRIVES, robot, place] = begins + _move_time_at(way, place, corner, pace)
 
 
 @njit("UniTuple(f8, 2)(i8[::1], f8[:, :, ::1])", cache=True)
@@ -102,9 +104,9 @@ def _makespan_and_flowtime(lengths: Integers, times: Floats) -> tuple[float, flo
     return last, total
 
 
-@njit("UniTuple(f8, 2)(i8[:, ::1], i8[:, ::1], i8[::1], f8[:, :, ::1], f8)", cache=True)
+@njit("UniTuple(f8, 2)(i8[:, ::1], i8[:, ::1], i8[::1], f8[:, :, ::1], f8, f8[::1])", cache=True)
 def _fill_schedule(
-    steps: Integers, ways: Integers, lengths: Integers, times: Floats, corner: float
+    steps: Integers, ways: Integers, lengths: Integers, times: Floats, corner: float, paces: Floats
 ) -> tuple[float, float]:
     """Fill in a schedule; return the last arrival and the sum of all, or no numbers where entries wait in a circle."""
     robots = steps.shape[1]
@@ -138,16 +140,16 @@ def _fill_schedule(
                         continue
                     begins = max(begins, times[ARRIVES, other, left[robot] + 1])
                 ways[robot, place], lengths[robot] = steps[time, robot], place + 1
-                _set_entry(ways[robot], times, robot, place, begins, corner)
+                _set_entry(ways[robot], times, robot, place, begins, corner, paces[robot])
             if still == waiting:
                 return inf, inf
             waiting = still
     return _makespan_and_flowtime(lengths, times)
 
 
-@njit("UniTuple(f8, 2)(i8[:, ::1], i8[::1], f8[:, :, ::1], i8, f8)", cache=True)
+@njit("UniTuple(f8, 2)(i8[:, ::1], i8[::1], f8[:, :, ::1], i8, f8, f8[::1])", cache=True)
 def _advance_entries(
-    ways: Integers, lengths: Integers, times: Floats, cells: int, corner: float
+    ways: Integers, lengths: Integers, times: Floats, cells: int, corner: float, paces: Floats
 ) -> tuple[float, float]:
     """Let all robots go as soon as the same order lets them; return the last arrival and the sum of all."""
     robots = ways.shape[0]
@@ -166,7 +168,7 @@ def _advance_entries(
         other, begins = visitor[cell], times[ARRIVES, robot, place - 1]
         if other not in (NOBODY, robot):
             begins = max(begins, times[ARRIVES, other, visit[cell] + 1])
-        _set_entry(ways[robot], times, robot, place, begins, corner)
+        _set_entry(ways[robot], times, robot, place, begins, corner, paces[robot])
         visitor[cell], visit[cell] = robot, place
     return _makespan_and_flowtime(lengths, times)
 
@@ -198,10 +200,10 @@ def _occupied_intervals(
     return first, begins, ends
 
 
-@njit("i8(i8, i8[:, ::1], i8[::1], f8[:, :, ::1], b1[::1], i4[:, ::1], i8[:, ::1], i8, i8, f8)", cache=True)
+@njit("i8(i8, i8[:, ::1], i8[::1], f8[:, :, ::1], b1[::1], i4[:, ::1], i8[:, ::1], i8, i8, f8, f8)", cache=True)
 def _reroute_robot(
     robot: int, ways: Integers, lengths: Integers, times: Floats, out: Flags,
-    joined: NDArray[np.int32], tables: Integers, visits: int, chance: int, corner: float,
+    joined: NDArray[np.int32], tables: Integers, visits: int, chance: int, corner: float, pace: float,
 ) -> int:  # fmt: skip
     """Find a quickest way past the others for a robot that is ``out``, and write it into the schedule.
 
@@ -240,7 +242,7 @@ def _reroute_robot(
         for other in joined[cell]:
             if other == NONE:
                 break
-            takes = _pace(before, cell, other, corner)
+            takes = pace * _pace(before, cell, other, corner)
             there = 1 if been or other == visits else 0
             left = tables[1 - there, other]
             if left >= cells * 2:
@@ -259,7 +261,7 @@ def _reroute_robot(
                 if begin + takes < reached[following]:
                     reached[following], came[following] = begin + takes, state
                     chance = (chance * 1_103_515_245 + 12_345) % 2_147_483_648
-                    cost = begin + takes + left + CHANCE * (chance / 2_147_483_648)
+                    cost = begin + takes + pace * left + CHANCE * (chance / 2_147_483_648)
                     heappush(ready, (cost, begin + takes, following))
     length, state = 0, found
     while state != NONE:
@@ -272,17 +274,19 @@ def _reroute_robot(
         ways[robot, place], times[ARRIVES, robot, place] = cell_of[state // 2 // (sides + 1)], reached[state]
         state = came[state]
     for place in range(1, length):
-        times[BEGINS, robot, place] = times[ARRIVES, robot, place] - _move_time_at(ways[robot], place, corner)
+        times[BEGINS, robot, place] = times[ARRIVES, robot, place] - _move_time_at(ways[robot], place, corner, pace)
     return pops
 
 
 @njit(
-    "Tuple((f8, f8, i8))(i8[::1], i8[:, ::1], i8[::1], f8[:, :, ::1], i4[:, ::1], i8[:, :, ::1], i8[::1], i8, f8)",
+    "Tuple((f8, f8, i8))(i8[::1], i8[:, ::1], i8[::1], f8[:, :, ::1], i4[:, :, ::1], i8[::1], i8[:, :, ::1], i8[::1], "
+    "i8, f8, f8[::1])",
     cache=True,
 )
 def reroute(
     robots: Integers, ways: Integers, lengths: Integers, times: Floats,
-    joined: NDArray[np.int32], tables: Integers, visits: Integers, chance: int, corner: float,
+    joined: NDArray[np.int32], floor_of: Integers, tables: Integers, visits: Integers, chance: int, corner: float,
+    paces: Floats,
 ) -> tuple[float, float, int]:  # fmt: skip
     """Find new ways for some robots of a schedule, in turn, past the others and those before them.
 
@@ -294,31 +298,35 @@ def reroute(
         ways: of the schedule, which is changed.
         lengths: of the schedule.
         times: of the schedule.
-        joined: (cells, sides) joined cells, filled up with NONE.
+        joined: (floors, cells, sides) joined cells, filled up with NONE.
+        floor_of: (robots) the floor of each, an index of ``joined``.
         tables: (robots, 2, cells) steps to the goal, and to the goal through the cell to visit.
         visits: (robots) the cell that each has to visit on its way, or NONE.
         chance: a seed.
         corner: of the schedule [steps].
+        paces: of the schedule.
     """
     out = np.zeros(ways.shape[0], np.bool_)
     out[robots] = True
     pops = 0
     for robot in robots:
         spent = _reroute_robot(
-            robot, ways, lengths, times, out, joined, tables[robot], visits[robot], chance + robot, corner
-        )
+            robot, ways, lengths, times, out, joined[floor_of[robot]], tables[robot], visits[robot], chance + robot,
+            corner, paces[robot],
+        )  # fmt: skip
         pops += abs(spent)
         if spent <= 0:
             return inf, inf, pops
         out[robot] = False
-    last, total = _advance_entries(ways, lengths, times, joined.shape[0], corner)
+    last, total = _advance_entries(ways, lengths, times, joined.shape[1], corner, paces)
     return last, total, pops
 
 
-def schedule_plan(steps: Sequence[Sequence[int]], corner: float = CORNER) -> Schedule:
+def schedule_plan(steps: Sequence[Sequence[int]], corner: float = CORNER, paces: Sequence[float] = ()) -> Schedule:
     """Return the schedule of a plan; ``steps`` holds the cell of each robot at each time step, at least one.
 
-    ``corner`` are the steps for a cell in which the way turns.
+    ``corner`` are the steps for a cell in which the way turns. ``paces`` say how many times as long as the quickest
+    each robot takes for a cell; (): all are equally quick.
 
     Raises:
         ValueError: Entries wait for each other in a circle. Only a plan with a ring of movers or a swap has one.
@@ -328,10 +336,11 @@ def schedule_plan(steps: Sequence[Sequence[int]], corner: float = CORNER) -> Sch
     longest = 1 + max((int(moves) for moves in (cells[1:] != cells[:-1]).sum(axis=0)), default=0)
     ways, lengths = np.zeros((robots, WIDER * longest), np.int64), np.zeros(robots, np.int64)
     times = np.zeros((2, robots, WIDER * longest))
-    last, total = _fill_schedule(cells, ways, lengths, times, corner) if robots else (0.0, 0.0)
+    own = np.array(paces or (1.0,) * robots)
+    last, total = _fill_schedule(cells, ways, lengths, times, corner, own) if robots else (0.0, 0.0)
     if isinf(last):
         raise ValueError("entries wait for each other in a circle: the plan has a ring of movers or a swap")
-    return Schedule(ways, lengths, times, last, total, corner)
+    return Schedule(ways, lengths, times, last, total, corner, own)
 
 
 def makespan_and_flowtime(steps: Sequence[Sequence[int]], corner: float = CORNER) -> tuple[float, float]:

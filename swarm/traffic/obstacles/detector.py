@@ -8,7 +8,7 @@ from math import hypot
 from typing import Final, NamedTuple
 
 from swarm.geometry import Pose, distance
-from swarm.maps.occupancy import Point
+from swarm.maps.occupancy import Disc, Point
 from swarm.messages.traffic import Moving, Record
 from swarm.traffic.interface import MovingObstacle, TrafficInputs
 from swarm.traffic.lattice.cell_map import CellMap
@@ -54,7 +54,8 @@ def robot_at(
         kept = set(record.held)
         if age > 2 * settings.every:
             kept.update(record.ahead[: settings.horizon], (claim.cell for claim in record.claims))
-        within = settings.radius + ABOUT + record.error + settings.reach_after(record.speed, drove)[0]
+        within = settings.radius_of(record) + ABOUT + record.error
+        within += settings.reach_after(record.speed, drove, record.top)[0]
         known.append(KnownBody((record.x, record.y), within, kept))
     return lambda place: any(body.may_be_at(place, cells) for body in known)
 
@@ -65,8 +66,7 @@ class ProtectiveStop(NamedTuple):
     stopped: bool
     found: Point | None = None  # m, where an obstacle seems to stay: reported once
     threats: tuple[MovingObstacle, ...] = ()  # obstacles that move near the robot
-    # m, centres of discs as large as a robot, whose edges are where rays end on obstacles
-    bodies: tuple[Point, ...] = ()
+    bodies: tuple[Disc, ...] = ()  # discs as large as this robot, whose edges are where rays end on obstacles
 
 
 class ObstacleDetector:
@@ -91,7 +91,7 @@ class ObstacleDetector:
         near = tuple(find_unexpected(seen, inputs.pose, cells, robots, settings))
         hits = [ray_end(inputs.pose, one, settings.radius) for one in near]  # what was found to stay may move again
         close = [one for one in near if one.measured < settings.stop_distance]
-        bodies = [ray_end(inputs.pose, one, 2 * settings.radius) for one in close]
+        bodies = [(*ray_end(inputs.pose, one, 2 * settings.radius), settings.radius) for one in close]
         off = ABOUT + inputs.uncertainty
         found = [KnownBody(place, off + settings.radius, nearest=CLOSE) for _, place in self._found]
         first = next(find_unexpected(close, inputs.pose, cells, found, settings), None)
@@ -135,7 +135,7 @@ class ObstacleDetector:
         for record in others:
             age = (tick - record.stamp) * settings.tick
             off = ABOUT + record.error + inputs.uncertainty
-            within = settings.radius + off + settings.reach_after(record.speed, age)[0]
+            within = settings.radius_of(record) + off + settings.reach_after(record.speed, age, record.top)[0]
             if hypot(record.x - x, record.y - y) > farthest + within:
                 continue
             silent = tick - record.stamp > settings.fresh  # it came to rest somewhere near: do not drive close to it

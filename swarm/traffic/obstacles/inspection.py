@@ -6,7 +6,7 @@ from math import cos, inf, pi, sin, sqrt
 from typing import Final, NamedTuple
 
 from swarm.geometry import Pose, bearing, distance, wrap
-from swarm.maps.occupancy import Point
+from swarm.maps.occupancy import Disc, Point
 from swarm.messages.traffic import Record, Sighting
 from swarm.traffic.interface import TrafficInputs
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
@@ -51,11 +51,11 @@ class Inspector:
         leans = distance(leaning, pose) <= LEANS
         if not (leans or distance(middle, pose) <= CENTRED):
             return Inspection()
-        place = self._last_place_in(cell, situation, inputs)
-        if place is not None:
-            if abs(bearing(pose, place)) > FACING:
-                return Inspection(place)
-            if not leans and is_out_of_range(place, pose, self._settings):
+        body = self._last_body_in(cell, situation, inputs)
+        if body is not None:
+            if abs(bearing(pose, body)) > FACING:
+                return Inspection(body[:2])
+            if not leans and is_out_of_range(body, pose, self._settings):
                 self.leans_to = cell
                 return Inspection()
             return self._report_sighting(cell, cells.centre(cell), empty=False, tick=inputs.tick)
@@ -73,18 +73,25 @@ class Inspector:
         found: set[int] = set()
         for robot, record in silent.items():
             if self._gone.get(robot) != record.stamp:
-                found.update(cells.cells_under_disc(record.x, record.y, self._settings.radius))
+                found.update(cells.cells_under_disc(record.x, record.y, self._settings.radius_of(record)))
         return frozenset(found)
 
     def still_bodies(
         self, silent: Mapping[str, Record], found: Collection[Point], pose: Pose, cells: CellMap
-    ) -> tuple[Point, ...]:
-        """Return where bodies stand near the robot [m]: silent robots, and obstacles found before."""
+    ) -> tuple[Disc, ...]:
+        """Return the bodies that stand near the robot: silent robots, and obstacles found before, of its own size."""
         if not silent and not found:
             return ()
         near = 2 * cells.side
-        told = [(record.x, record.y) for robot, record in silent.items() if self._gone.get(robot) != record.stamp]
-        return tuple([place for place in (*told, *found) if distance(place, pose) < near])
+        settings = self._settings
+        told = [
+            (record.x, record.y, settings.radius_of(record))
+            for robot, record in silent.items()
+            if self._gone.get(robot) != record.stamp
+        ]
+        return tuple(
+            [disc for disc in (*told, *((x, y, settings.radius) for x, y in found)) if distance(disc, pose) < near]
+        )
 
     def _report_sighting(self, cell: int, centre: Point, *, empty: bool, tick: int) -> Inspection:
         self.leans_to = None
@@ -102,20 +109,19 @@ class Inspector:
         ]
         return bool(keepers) and all(record.stamp < oldest for record in keepers)
 
-    def _last_place_in(self, cell: int, situation: Situation, inputs: TrafficInputs) -> Point | None:
-        """Return where a silent robot was last heard with a part of its body in a cell, unless it is seen to have gone.
+    def _last_body_in(self, cell: int, situation: Situation, inputs: TrafficInputs) -> Disc | None:
+        """Return the body of a silent robot that was last heard with a part in a cell, unless it is seen to have gone.
 
         A robot that dies or falls asleep while driving comes to rest some way beyond the place that it last told.
         """
-        reach = self._settings.radius + self._settings.margin
         for robot, record in situation.others.items():
-            place = (record.x, record.y)
+            body = record.x, record.y, self._settings.radius_of(record)
             if robot in situation.fresh or self._gone.get(robot) == record.stamp:
                 continue
-            if cell not in situation.cells.cells_under_disc(*place, reach):
+            if cell not in situation.cells.cells_under_disc(*body[:2], body[2] + self._settings.margin):
                 continue
-            if not has_gone(place, inputs.pose, inputs.scan.readings, self._settings.radius):
-                return place
+            if not has_gone(body, inputs.pose, inputs.scan.readings, self._settings.radius):
+                return body
             self._gone[robot] = record.stamp
         return None
 
@@ -153,23 +159,27 @@ def judge_cell(readings: Iterable[Reading], pose: Pose, cell: int, cells: CellMa
     return View.EMPTY if through > hidden else View.HIDDEN
 
 
-def has_gone(body: Point, pose: Pose, readings: Iterable[Reading], radius: float) -> bool:
-    """Return True if a ray points at where a body was [m, its centre], and sees beyond its near edge."""
+def has_gone(body: Disc, pose: Pose, readings: Iterable[Reading], own_radius: float) -> bool:
+    """Return True if a ray points at where a body was, and sees beyond its near edge.
+
+    ``own_radius`` [m] is that of the robot that looks, from whose edge rays begin.
+    """
+    radius = body[2]
     away, direction = distance(pose, body), bearing(pose, body)
     for reading in readings:
         off = wrap(direction - reading.bearing)
         beside = away * abs(sin(off))
         if abs(off) > pi / 2 or beside > HIT * radius:
             continue
-        near_edge = away * cos(off) - sqrt(radius**2 - beside**2) - radius
+        near_edge = away * cos(off) - sqrt(radius**2 - beside**2) - own_radius
         if reading.measured > near_edge + 2 * SHORT:
             return True
     return False
 
 
-def is_out_of_range(body: Point, pose: Pose, settings: TrafficConstants) -> bool:
-    """Return True if a body [m, its centre] is so far away that no ray shows whether it has gone."""
-    near_edge = distance(pose, body) - (1 + sqrt(1 - HIT**2)) * settings.radius  # m, the farthest hit on it
+def is_out_of_range(body: Disc, pose: Pose, settings: TrafficConstants) -> bool:
+    """Return True if a body is so far away that no ray shows whether it has gone."""
+    near_edge = distance(pose, body) - settings.radius - sqrt(1 - HIT**2) * body[2]  # m, the farthest hit on it
     return near_edge + 2 * SHORT > settings.sensor_range
 
 

@@ -7,7 +7,7 @@ from typing import Final, NamedTuple
 
 from msgspec.structs import replace
 
-from swarm.maps.occupancy import Point
+from swarm.maps.occupancy import Disc
 from swarm.messages.traffic import Record, Relayed, TrafficBroadcast
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
 from swarm.traffic.peers.relay import KnownRecord, RelayChooser
@@ -150,12 +150,13 @@ class PeerRecords:
         theirs = self._live_at(tick).held
         return tuple(held) if theirs.isdisjoint(held) else tuple(cell for cell in held if cell not in theirs)
 
-    def holder_places(self, cell: int, tick: int) -> tuple[Point, ...]:
-        """List where live robots are that hold a cell [m]."""
+    def holder_bodies(self, cell: int, tick: int) -> tuple[Disc, ...]:
+        """Return the bodies of live robots that hold a cell."""
         live = self._live_at(tick)
         if cell not in live.held:
             return ()
-        return tuple([(record.x, record.y) for record in live.records.values() if cell in record.held])
+        holders = [record for record in live.records.values() if cell in record.held]
+        return tuple([(record.x, record.y, self._settings.radius_of(record)) for record in holders])
 
     def _merge_broadcast(
         self, tick: int, cells: CellMap, broadcast: TrafficBroadcast, refused: list[TrafficNote]
@@ -220,6 +221,11 @@ class PeerRecords:
             record.claims,
         ):
             return None  # it stands, and its cells were checked before
+        if (
+            not 0.0 < settings.radius_of(record) <= cells.side / 2
+            or not 0.0 < (record.top or settings.speed) <= settings.speed
+        ):
+            return "is wider than a cell, or faster than any robot of the fleet"
         mentioned = (*record.held, *[claim.cell for claim in record.claims])
         if len(mentioned) > MOST_CELLS or (mentioned and not 0 <= min(mentioned) <= max(mentioned) < len(cells)):
             return "holds or claims cells that are not there"

@@ -134,14 +134,14 @@ def cells_under_mute(
     While it stands, these are the cells under its body; one that wants to go on may stray a little. While it moves, it
     may drive on as it did or straight, or gain speed, until it is heard again; then it brakes.
     """
-    room = settings.radius + settings.margin
+    room = settings.widest + settings.margin
     twist = _estimate_twist(before, last, settings)
     if abs(twist.linear) < STANDS:
-        return cells.swept_cells(((last.pose.x, last.pose.y),), settings.radius if last.rests else room)
+        return cells.swept_cells(((last.pose.x, last.pose.y),), settings.widest if last.rests else room)
     most, time = settings.acceleration, min(age * settings.tick, LONGEST)
     speed = abs(twist.linear) + most * (last.tick - before.tick) * settings.tick / 2
     way, top = settings.reach_after(speed, time)
-    length = way + top**2 / (2 * most)
+    length = way + top**2 / (2 * settings.braking)
     ahead = 1.0 if twist.linear > 0 else -1.0
     points: list[Point] = []
     for turning in {0.0, twist.angular / abs(twist.linear)}:

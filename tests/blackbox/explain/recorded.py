@@ -7,7 +7,6 @@ from unittest.mock import Mock
 from swarm.blackbox.replay.replay_radio import Ear
 from swarm.bus import Bus
 from swarm.fingerprint import OF_ROBOTS, fingerprint
-from swarm.fuzzy import Controller
 from swarm.messages import ACTION, JOIN, Broadcast, Join, Phase, RobotAction, RobotDo
 from swarm.robot.host.seat import GivenAnswer, Seat
 from swarm.scenario.load import Scenario
@@ -27,9 +26,7 @@ class Recorded:
         self._run = Run(
             Mock(spec=Bus), scenario, robots, seed, 1.0, 300.0, False, 0, None, lambda line: None, tape=path
         )
-        self._maker = InProcess(
-            world=self._run.world, scenario=self._run.scenario, controller=Controller(scenario.profile)
-        )
+        self._maker = InProcess(world=self._run.world, scenario=self._run.scenario)
         self._seats: dict[str, Seat] = {}
         self._broadcasts: dict[tuple[str, int], Broadcast] = {}
         self._under_way: list[tuple[int, str, GivenAnswer]] = []  # with the tick in which it comes

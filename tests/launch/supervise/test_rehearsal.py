@@ -22,6 +22,7 @@ from swarm.traffic.lattice import placement as cells_of
 from tests.shared import PAPER, ROOT
 
 SCENARIOS = sorted((ROOT / "scenarios").glob("*.yaml"))
+MIXED = ROOT / "scenarios" / "mixed.yaml"
 STATE = """
 import gc, json, os, sys
 import swarm.launch.supervise.preload
@@ -30,18 +31,20 @@ print(json.dumps([prepare.grid_of_floor.cache_info().currsize, gc.get_freeze_cou
 """
 
 
-def welcomed(source: Source) -> Scenario:
+def welcomed(source: Source, number: int) -> Scenario:
     """Return a scenario as a robot gets it from the world."""
-    scenario = prepare.settle_lattice(source.read())
+    scenario = prepare.settle_lattice(source.read()).of_robot(number)
     return Scenario.from_wire(*scenario.to_wire())
 
 
-@pytest.mark.parametrize("file", SCENARIOS, ids=lambda file: file.stem)
-def test_a_robot_gets_the_grid_and_the_cells_of_the_rehearsal_and_they_are_its_own(file: Path) -> None:
+@pytest.mark.parametrize(
+    ("file", "number"), [*((file, 0) for file in SCENARIOS), (MIXED, 2)], ids=lambda one: getattr(one, "stem", None)
+)
+def test_a_robot_gets_the_grid_and_the_cells_of_the_rehearsal_and_they_are_its_own(file: Path, number: int) -> None:
     prepare.grid_of_floor.cache_clear()
     cells_of.build_lattice.cache_clear()
     rehearse_mission(Source(file))
-    known = welcomed(Source(file))
+    known = welcomed(Source(file), number)
     computed = prepare.grid_of_floor.cache_info().misses
     grid, cells = prepare.planning_grid(known), cells_of.cells_of(known.map, known.settings)
     assert prepare.grid_of_floor.cache_info().misses == computed, "nothing was computed again"

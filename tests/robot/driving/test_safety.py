@@ -94,8 +94,9 @@ A = WALLED.at("a")[0]
 HELD = (A - 1, A, A + 1, A + 1 - WALLED.cells.columns)  # round a corner of the wall below a
 WITHIN = cells_as_shape(WALLED.cells, HELD)
 WALLS = solid(WALLED.occupancy)
-OTHERS = np.array([WALLED.cells.centre(A - 1), WALLED.cells.centre(A + 1 - WALLED.cells.columns)])  # m, they stand
-OTHERS_SHAPE = shapely.union_all([shapely.Point(*other).buffer(RADIUS, quad_segs=32) for other in OTHERS.tolist()])
+STANDING = (A - 1, A + 1 - WALLED.cells.columns)
+OTHERS = np.array([(*WALLED.cells.centre(cell), RADIUS) for cell in STANDING])  # m, they stand
+OTHERS_SHAPE = shapely.union_all([shapely.Point(x, y).buffer(radius, quad_segs=32) for x, y, radius in OTHERS.tolist()])
 
 Tables = Callable[[np.random.Generator, int], Speeds]
 # fmt: off
@@ -220,7 +221,7 @@ def test_another_robots_place_is_kept_clear_of(angle: float, wish: Speeds) -> No
     assume(room(SOLID, pose) > 0.05)
     body, safety = at_rest(pose), SafetyFilter(SETTINGS)
     for tick in range(60):
-        limits = constraints(GRID, body.pose, bodies=np.array([other]))
+        limits = constraints(GRID, body.pose, bodies=np.array([(*other, RADIUS)]))
         body = rolled(body, safety.check(sense_of(body, tick), wish, limits))
         assert distance(body.pose, other) > 2 * RADIUS
 
@@ -488,6 +489,7 @@ def test_the_first_clear_remedy_is_that_of_stepping_by_hand(
 ) -> None:
     boxes = [[x, y, x + SIDE, y + SIDE] for x, y in corners]
     bodies = [list(other) for other in others]
+    discs = [[*other, RADIUS] for other in others]
     body = DriveState(pose, *now)
     assume(room(SOLID, pose) > 0.0)
     assume(max(distance(pose, one) for one in told(body, now, TICKS)) < 1.4)  # it stays within the map
@@ -495,18 +497,16 @@ def test_the_first_clear_remedy_is_that_of_stepping_by_hand(
     assume(sure > 2e-4)  # the kernel takes the chord of a step for its arc, as short as it is
     got, left, right = first_clear(
         SAFETY.remedies, *wanted, fastest, SAFETY.creep, RADIUS + SAFETY.gap, np.array(boxes, np.float64).reshape(-1, 4), *pose,
-        GRID.clearance, GRID.resolution, *GRID.origin, np.array(bodies, np.float64).reshape(-1, 2), RADIUS,
+        GRID.clearance, GRID.resolution, *GRID.origin, np.array(discs, np.float64).reshape(-1, 3), RADIUS,
         *pose, *now, DRIVE.track_width, MOST, DT, TICKS,
     )  # fmt: skip
     assert got == number
     assert (left, right) == pytest.approx(speeds)
 
 
-def clearance(
-    grid: Grid, body: DriveState, wanted: Speeds, bodies: NDArray[np.float64], radius: float, ticks: int
-) -> float:
+def clearance(grid: Grid, body: DriveState, wanted: Speeds, bodies: NDArray[np.float64], ticks: int) -> float:
     rooms = clearance_along(
-        grid.clearance, grid.resolution, *grid.origin, bodies, radius, *body.pose, body.left, body.right, *wanted,
+        grid.clearance, grid.resolution, *grid.origin, bodies, *body.pose, body.left, body.right, *wanted,
         DRIVE.track_width, MOST, DT, ticks,
     )  # fmt: skip
     return min(rooms)
@@ -519,10 +519,10 @@ def test_the_clearance_along_a_way_is_that_of_stepping_by_hand(
     poses = told(DriveState(pose, *now), wanted, ticks)
     expected = min(room(SOLID, place) + RADIUS for place in poses)
     assume(expected > 0.3)  # nearer than that the grid's clearance is a cell's, not a point's
-    got = clearance(GRID, DriveState(pose, *now), wanted, NO_BODIES, 0.0, ticks)
+    got = clearance(GRID, DriveState(pose, *now), wanted, NO_BODIES, ticks)
     assert got == pytest.approx(expected, abs=0.1)
     body = poses[len(poses) // 2]
-    beside = clearance(GRID, DriveState(pose, *now), wanted, np.array([[body.x, body.y]]), 0.27, ticks)
+    beside = clearance(GRID, DriveState(pose, *now), wanted, np.array([[body.x, body.y, 0.27]]), ticks)
     nearest = min(distance(place, body) for place in poses) - 0.27
     assert beside == pytest.approx(min(got, nearest), abs=2e-3)
 
@@ -537,8 +537,7 @@ def test_on_a_floor_that_lies_elsewhere_and_turned_the_clearance_is_the_same(
     there = Grid.grown(replace(FLOOR, origin=origin), RADIUS, 0.8, 0.1)
     moved = Pose(*from_frame(origin, pose.x, pose.y), pose.yaw + origin.yaw)
     here, elsewhere = (
-        clearance(grid, DriveState(place, *now), wanted, NO_BODIES, 0.0, 8)
-        for grid, place in ((GRID, pose), (there, moved))
+        clearance(grid, DriveState(place, *now), wanted, NO_BODIES, 8) for grid, place in ((GRID, pose), (there, moved))
     )
     assert elsewhere == pytest.approx(here, abs=1e-4)
 

@@ -6,7 +6,8 @@ from functools import partial
 import pytest
 
 from swarm.messages.traffic import Record
-from swarm.traffic.joint.problem import RELAXATIONS, AvoidedCells, FallbackGoal, Relaxation, assign_goals
+from swarm.traffic.joint.goals import FallbackGoal, assign_goals
+from swarm.traffic.joint.problem import RELAXATIONS, AvoidedCells, Relaxation
 from swarm.traffic.joint.protocol import JointPlanning
 from swarm.traffic.joint.states import Free
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap

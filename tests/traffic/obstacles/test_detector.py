@@ -211,7 +211,7 @@ def test_the_body_of_an_obstacle_is_where_the_rays_end_on_it_also_when_it_was_fo
         away = 2 * SETTINGS.radius + 0.4 - off
         assert not said.stopped
         (body,) = said.bodies
-        assert body == pytest.approx((HERE.x + away * cos(bearing), HERE.y + away * sin(bearing)))
+        assert body == pytest.approx((HERE.x + away * cos(bearing), HERE.y + away * sin(bearing), SETTINGS.radius))
     assert halts(STOP + 0.01, halting=halting, start=300)[0].bodies == ()
     x, y = ahead(0.4)
     others = (Record(robot="r2", stamp=100, x=x, y=y, goal=B, held=(cell(x, y),)),)

@@ -98,24 +98,26 @@ def test_one_look(name: str) -> None:
 
 def test_who_was_seen_to_have_gone_is_remembered_nowhere_until_it_speaks_again() -> None:
     one, pose = lookout(), ROW.pose(B)
-    place = (silent().x, silent().y)
+    body = (silent().x, silent().y, SETTINGS.radius)
     assert one.cells_of_silent({"r2": silent()}, ROW.cells) == {C}
-    assert one.still_bodies({"r2": silent()}, (), pose, ROW.cells) == (place,)
+    assert one.still_bodies({"r2": silent()}, (), pose, ROW.cells) == (body,)
     looked(one, silent(), measured=BODY)
     assert one.cells_of_silent({"r2": silent()}, ROW.cells) == {C}, "it is there"
     looked(one, silent())
     assert one.cells_of_silent({"r2": silent()}, ROW.cells) == frozenset()
     assert one.still_bodies({"r2": silent()}, (), pose, ROW.cells) == ()
     assert one.cells_of_silent({"r2": silent(stamp=1)}, ROW.cells) == {C}
-    assert one.still_bodies({"r2": silent(stamp=1)}, (), pose, ROW.cells) == (place,)
+    assert one.still_bodies({"r2": silent(stamp=1)}, (), pose, ROW.cells) == (body,)
 
 
 def test_bodies_stand_near_within_two_cells() -> None:
     one, (x, y) = lookout(), ROW.cells.centre(B)
     for away, near in ((2.39, True), (2.41, False)):
         place = (x + away, y)
-        assert one.still_bodies({"r2": silent(away)}, (), ROW.pose(B), ROW.cells) == ((place,) if near else ())
-        assert one.still_bodies({}, [place], ROW.pose(B), ROW.cells) == ((place,) if near else ())
+        assert one.still_bodies({"r2": silent(away)}, (), ROW.pose(B), ROW.cells) == (
+            ((*place, SETTINGS.radius),) if near else ()
+        )
+        assert one.still_bodies({}, [place], ROW.pose(B), ROW.cells) == (((*place, SETTINGS.radius),) if near else ())
     assert one.still_bodies({}, (), ROW.pose(B), ROW.cells) == ()
 
 
@@ -204,14 +206,14 @@ def test_what_the_rays_say_of_the_next_cell(name: str, yaw: float) -> None:
     ],
 )
 def test_a_body_has_gone_where_a_ray_sees_beyond_it(away: float, off: float, measured: float, gone: bool) -> None:
-    body = HERE.x + away * cos(HERE.yaw + off), HERE.y + away * sin(HERE.yaw + off)
+    body = HERE.x + away * cos(HERE.yaw + off), HERE.y + away * sin(HERE.yaw + off), 0.2
     assert has_gone(body, HERE, [Reading(measured, 1.6, 0.0)], 0.2) is gone
 
 
 @pytest.mark.parametrize(("away", "hidden"), [(1.0, False), (1.81, False), (1.83, True), (3.0, True)])
 def test_what_is_beyond_the_rays_is_looked_at_from_nearer(away: float, hidden: bool) -> None:
     settings = TrafficConstants(radius=0.2, sensor_range=1.6)
-    assert is_out_of_range((HERE.x + away, HERE.y), HERE, settings) is hidden
+    assert is_out_of_range((HERE.x + away, HERE.y, 0.2), HERE, settings) is hidden
 
 
 # fmt: off
@@ -235,7 +237,7 @@ GONE: list[tuple[float, float, float, bool]] = [  # how far off it was [m], how 
 def test_where_a_body_was_a_ray_has_to_see_beyond_its_edge(
     away: float, off: float, measured: float, gone: bool, yaw: float
 ) -> None:
-    body = HERE.x + away * cos(yaw), HERE.y + away * sin(yaw)
+    body = HERE.x + away * cos(yaw), HERE.y + away * sin(yaw), 0.2
     reading = Reading(measured, 1.6, -0.3 - off)
     assert has_gone(body, HERE._replace(yaw=yaw + 0.3), [reading], 0.2) is gone
 

@@ -179,8 +179,8 @@ def test_cells_of_mine_that_a_live_robot_holds_too_are_not_mine_alone() -> None:
     peers = PeerRecords("r0", SETTINGS)
     peers.merge_broadcasts(10, CELLS, [told(record(9, held=(A, A + 1)))])
     assert peers.cells_held_alone((A + 2, A + 1, A), 10) == (A + 2,)
-    assert peers.holder_places(A + 1, 10) == (CELLS.centre(A),)
-    assert peers.holder_places(A + 2, 10) == ()
+    assert peers.holder_bodies(A + 1, 10) == ((*CELLS.centre(A), SETTINGS.widest),)
+    assert peers.holder_bodies(A + 2, 10) == ()
     assert peers.cells_held_alone((A + 1,), 10 + SETTINGS.fresh) == (A + 1,), "a silent one is not live"
 
 

@@ -60,8 +60,10 @@ class Scene(NamedTuple):
 
     def cast_from_edge(self, angles: Sequence[float], radius: float, reach: float) -> list[float]:
         """Ask it for the first disc as a robot of ``radius``: from its edge."""
-        at = np.array([self.yaw]), self._discs(), self._boxes(), np.array(angles)
-        return [float(distance) for distance in rays.cast_all(*self._floor(), *at, radius, reach)[0]]
+        discs = self._discs()
+        discs[0, 2] = radius
+        at = np.zeros(1, np.int64), np.array([self.yaw]), discs, self._boxes(), np.array(angles)
+        return [float(distance) for distance in rays.cast_all(*self._floor(), *at, reach)[0]]
 
     def sees_each(self, a: Place, *places: Place) -> list[bool]:
         """Ask it to which places no wall is between."""

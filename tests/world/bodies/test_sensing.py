@@ -12,6 +12,7 @@ from swarm.geometry import Pose
 from swarm.scenario.load import Scenario
 from tests.shared import scenario_of, with_settings
 from world.bodies.physics import Physics
+from world.bodies.roster import Roster
 from world.bodies.sensors import FreeDistances, Sensing
 
 NOISE, BEARING_NOISE = 0.05, 4.0  # m, degrees
@@ -24,11 +25,15 @@ RAYS = QUIET.settings.sensors.rays
 
 
 def physics_of(scenario: Scenario = QUIET, pose: Pose = AT) -> Physics:
-    return Physics(scenario.map, scenario.settings.robot.radius, [pose], 1.6, 0.05)
+    return Physics(scenario.map, [scenario.settings.robot.radius], [pose], [1.6], 0.05)
+
+
+def sensing_of(scenario: Scenario, targets: list[int]) -> Sensing:
+    return Sensing(Roster(scenario, ["r1"]), targets, 7)
 
 
 def rays(scenario_noise: bool, count: int) -> list[list[float]]:
-    sensing = Sensing((NOISY if scenario_noise else QUIET).settings.sensors, [0], 7)
+    sensing = sensing_of(NOISY if scenario_noise else QUIET, [0])
     return [row.rays for row in islice(readings(sensing, physics_of()), count)]
 
 
@@ -55,8 +60,8 @@ def test_a_ray_errs_to_both_sides_alike_and_as_far_as_asked_for() -> None:
 
 
 def test_a_reading_stays_between_nought_and_the_range() -> None:
-    settings = with_settings(QUIET, sensors={"noise": 1.0}).settings
-    sensing = Sensing(settings.sensors, [0], 7)
+    scenario = with_settings(QUIET, sensors={"noise": 1.0})
+    settings, sensing = scenario.settings, sensing_of(scenario, [0])
     read = [ray for row in islice(readings(sensing, physics_of()), 200) for ray in row.rays]
     assert min(read) == 0.0
     assert max(read) == settings.sensors.range
@@ -66,17 +71,17 @@ def test_a_reading_stays_between_nought_and_the_range() -> None:
 def test_a_sector_reads_the_nearest_of_its_own_rays() -> None:
     for yaw in (0.0, 0.5, 1.0, 2.0, -1.2):
         physics = physics_of(pose=Pose(1.7, 1.6, yaw))  # in a corner
-        left, front, right, every = Sensing(QUIET.settings.sensors, [0], 7).all_distances(physics)[0]
+        left, front, right, every = sensing_of(QUIET, [0]).all_distances(physics)[0]
         assert len(every) == 3 * RAYS
         assert (left, front, right) == (min(every[:RAYS]), min(every[RAYS : 2 * RAYS]), min(every[2 * RAYS :]))
 
 
 def test_a_bearing_errs_to_both_sides_alike_and_as_far_as_asked_for() -> None:
     physics = physics_of()
-    (truth,) = Sensing(QUIET.settings.sensors, [1], 7).bearings(physics, 0, AT, np.array(TARGETS))
+    (truth,) = sensing_of(QUIET, [1]).bearings(physics, 0, AT, np.array(TARGETS))
     assert truth is not None
     assert truth == pytest.approx(0.588, abs=1e-3)  # atan(2 / 3)
-    sensing, errors = Sensing(NOISY.settings.sensors, [1], 7), list[float]()
+    sensing, errors = sensing_of(NOISY, [1]), list[float]()
     for _ in range(MANY):
         errors += [seen - truth for seen in sensing.bearings(physics, 0, AT, np.array(TARGETS)) if seen is not None]
         sensing.draw([1])
@@ -91,8 +96,7 @@ def test_whether_a_target_is_in_sight_changes_nobodys_luck() -> None:
     walled = scenario_of("##########\n#........#\n#.####.###\n#........#\n#........#\n##########\n")
     here, there = Pose(5.0, 1.6, 0.0), np.array([(4.0, 4.5), (8.0, 1.6)])
     drawn = [
-        Sensing(NOISY.settings.sensors, [2], 7).bearings(physics_of(scenario, here), 0, here, there)
-        for scenario in (QUIET, walled)
+        sensing_of(NOISY, [2]).bearings(physics_of(scenario, here), 0, here, there) for scenario in (QUIET, walled)
     ]
     assert drawn[0][0] is not None
     assert drawn[1][0] is None
@@ -101,7 +105,7 @@ def test_whether_a_target_is_in_sight_changes_nobodys_luck() -> None:
 
 def test_who_stands_sees_a_target_until_a_wall_is_put_up_before_it() -> None:
     """Neither the pose nor the targets change, only the floor; then only the targets, then only the pose."""
-    physics, sensing = physics_of(), Sensing(QUIET.settings.sensors, [0], 7)
+    physics, sensing = physics_of(), sensing_of(QUIET, [0])
     targets = np.array([(8.0, 2.0)])
     assert [sensing.bearings(physics, 0, AT, targets) for _ in range(2)] == [[pytest.approx(0.0)]] * 2
     physics.set_floor(scenario_of("##########\n#........#\n#........#\n#.....#..#\n#.....#..#\n##########\n").map)
@@ -113,7 +117,7 @@ def test_who_stands_sees_a_target_until_a_wall_is_put_up_before_it() -> None:
 def test_readings_are_the_same_until_the_next_draw_and_more_targets_have_their_own_noise() -> None:
     """A robot that is given more targets after a draw has the bearings that it would have had with them before."""
     physics, targets = physics_of(), np.array([(8.0, 4.0), (8.0, 2.0), (5.0, 4.0)])
-    few, many = (Sensing(NOISY.settings.sensors, [count], 7) for count in (1, 3))
+    few, many = (sensing_of(NOISY, [count]) for count in (1, 3))
     first = few.bearings(physics, 0, AT, targets[:1])
     few.draw_bearings(0, 3)
     assert few.all_distances(physics) == few.all_distances(physics) == many.all_distances(physics)

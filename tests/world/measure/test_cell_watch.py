@@ -16,6 +16,7 @@ from swarm.traffic.lattice.placement import cells_of
 from tests.shared import ROOM, scenario_of
 from tests.traffic.maps import SIDE, Drawn
 from tests.world.shared import command
+from world.bodies.roster import Roster
 from world.measure.cell_watch import STUCK, TrafficWatch, Watched
 from world.measure.state import ReservationFault
 from world.tasks.tasks import REST
@@ -29,7 +30,7 @@ MM = 0.001  # m
 
 
 def watch(tick: float = 0.05) -> TrafficWatch:
-    return TrafficWatch(FLOOR.cells, (), RADIUS, tick)
+    return TrafficWatch(FLOOR.cells, Roster(SCENARIO, []), tick)
 
 
 def centre(name: str) -> tuple[float, float]:
@@ -49,7 +50,7 @@ def at(
     """Put a robot at a cell's centre or a little off; it holds that cell, or those named."""
     x, y = centre(name)
     cells = tuple(CELL[one] for one in (name if held is None else held))
-    return Watched(Pose(x + dx, y + dy, 0.0), cells, wants, moved, tuple(waits))
+    return Watched(Pose(x + dx, y + dy, 0.0), cells, wants, moved, tuple(waits), radius=RADIUS)
 
 
 def fed(ticks: Iterable[dict[str, Watched]], tick: float = 0.05) -> TrafficWatch:
@@ -282,7 +283,8 @@ def say(*held: int, activity: Activity = Activity.DRIVE, waits: tuple[str, ...] 
 
 
 def traffic_watch() -> TrafficWatch:
-    return TrafficWatch(cells_of(SCENARIO.map, SCENARIO.settings), ("r1", "r2"), RADIUS, 1.0 / SCENARIO.settings.rate)
+    roster = Roster(SCENARIO, ["r1", "r2"])
+    return TrafficWatch(cells_of(SCENARIO.map, SCENARIO.settings), roster, 1.0 / SCENARIO.settings.rate)
 
 
 def test_true_poses_are_judged_by_what_was_declared_last() -> None:

@@ -5,6 +5,8 @@ import pytest
 
 from swarm.geometry import Pose
 from swarm.settings import MoverSettings
+from tests.shared import scenario_of
+from world.bodies.roster import Roster
 from world.bodies.shapes import Contact
 from world.measure.contact_cause import MOVES, Blame
 from world.measure.state import RecorderState
@@ -57,10 +59,14 @@ CONTACTS: dict[str, tuple[Contact, tuple[float, float], list[MoverSettings], boo
 
 def blame(movers: list[MoverSettings], wheels: tuple[float, float], until: int = TOUCHES) -> Blame:
     """Return the memory of a robot that drives along x at these rim speeds, before the tick ``until``."""
-    one = Blame(movers, RADIUS, RecorderState(last=[place(0, wheels)]), DT)
+    one = Blame(movers, roster("r1", "r2"), RecorderState(last=[place(0, wheels)]), DT)
     for tick in range(1, until):
         assert one.look(tick, [], [], [wheels], [place(tick, wheels)]) == []
     return one
+
+
+def roster(*names: str) -> Roster:
+    return Roster(scenario_of(robot={"radius": RADIUS}), list(names))
 
 
 def place(tick: int, wheels: tuple[float, float]) -> Pose:
@@ -76,7 +82,7 @@ def test_a_contact_counts_if_its_robot_could_have_avoided_it_by_stopping(name: s
 
 def test_the_side_of_a_long_box_that_passes_does_not_come() -> None:
     passing, up = mover(1.0, 1.0, (0.0, RADIUS + 0.1), size=(4.0, 0.2)), (0.5, 0.5)
-    one = Blame([passing], RADIUS, RecorderState(last=[Pose(0.0, -0.5 * DT * TOUCHES, 0.0)]), DT)
+    one = Blame([passing], roster("r1"), RecorderState(last=[Pose(0.0, -0.5 * DT * TOUCHES, 0.0)]), DT)
     for tick in range(1, TOUCHES):
         one.look(tick, [], [], [up], [Pose(0.0, 0.5 * DT * (tick - TOUCHES), 0.0)])
     assert one.look(TOUCHES, [BOX], [BOX], [up], [Pose(0.0, 0.0, 0.0)]) == [True], "the robot drove into its side"

@@ -12,6 +12,7 @@ from swarm.maps.text import from_text
 from swarm.messages import Activity
 from tests.shared import scenario_of
 from tests.world.shared import command
+from world.bodies.roster import Roster
 from world.bodies.shapes import Contact
 from world.measure.contact_cause import MOVES
 from world.measure.recorder import PARTED, Recorder
@@ -23,9 +24,14 @@ WALL, OTHER, BOX = Contact(0, "wall", None), Contact(0, "robot", 1), Contact(0, 
 STANDS = (0.0, 0.0)
 
 
+def unfed(starts: Sequence[Pose], dt: float) -> Recorder:
+    roster = Roster(SCENARIO, [f"r{number}" for number in range(1, len(starts) + 1)])
+    return Recorder(SCENARIO, roster, starts, dt)
+
+
 def recorder(*starts: Pose, dt: float = DT) -> Recorder:
     poses = starts or (A,)
-    record = Recorder(SCENARIO, poses, dt)
+    record = unfed(poses, dt)
     record.poses(poses)
     return record
 
@@ -161,7 +167,7 @@ HISTORY = [[A, B], [Pose(2.6, 2.5, 0.1), B], [Pose(2.7, 2.5, -0.1), Pose(4.5, 4.
 
 
 def digest(history: Sequence[Sequence[Pose]]) -> str:
-    record = Recorder(SCENARIO, history[0], DT)
+    record = unfed(history[0], DT)
     for poses in history:
         record.poses(poses)
     return record.digest

@@ -13,6 +13,7 @@ from swarm.messages import COMMAND, VERSION, Activity, Command, Steering
 from swarm.scenario.load import Scenario
 from tests.shared import constant_rules, scenario_of, with_settings
 from tests.world.shared import command
+from world.bodies.roster import Roster
 from world.bodies.sensors import FreeDistances
 from world.measure.steering import BY, CLOSE, IDLE, SteeringWatch, classify
 from world.simulate import Simulation
@@ -87,9 +88,15 @@ FAR = FreeDistances(1.6, 1.6, 1.6, [])
 TIGHT = FreeDistances(0.5, 0.9, 1.3, [])
 
 
+def unfed(scenario: Scenario, *starts: Pose) -> SteeringWatch:
+    """Make a watch of robots that has been told nothing."""
+    roster = Roster(scenario, [f"r{number}" for number in range(1, len(starts) + 1)])
+    return SteeringWatch(roster, starts, 1.0 / scenario.settings.rate)
+
+
 def watch_of(scenario: Scenario, *starts: Pose) -> SteeringWatch:
     """Make a watch of robots that are far from everything at tick 0."""
-    watch = SteeringWatch(scenario, starts)
+    watch = unfed(scenario, *starts)
     watch.note_distances(0, [FAR] * len(starts))
     return watch
 
@@ -183,7 +190,7 @@ def label_of(watch: SteeringWatch, command: Command) -> Steering | None:
 def test_the_tables_are_asked_with_the_sense_given_and_the_heading_and_scale_told(
     heading: float, scale: float, unit: float
 ) -> None:
-    watch = SteeringWatch(with_settings(ROOM, robot={"distance_scale": unit}), [AT])
+    watch = unfed(with_settings(ROOM, robot={"distance_scale": unit}), AT)
     watch.note_distances(0, [TIGHT])
     speeds = asked(TIGHT, heading, scale, unit)
     assert label_of(watch, command(*speeds, heading=heading, scale=scale)) is TABLES
@@ -200,7 +207,7 @@ def test_a_heading_to_the_left_is_positive_and_believed() -> None:
 
 
 def test_a_late_command_is_judged_by_the_sense_that_it_answers() -> None:
-    watch = SteeringWatch(ROOM, [AT])
+    watch = unfed(ROOM, AT)
     speeds = asked(TIGHT, 0.0)
     lasting = round(COMMAND.timeout / 0.05)
     watch.note_distances(0, [TIGHT])
@@ -214,7 +221,7 @@ def test_a_late_command_is_judged_by_the_sense_that_it_answers() -> None:
 
 
 def test_each_robot_is_judged_by_its_own_sense() -> None:
-    watch = SteeringWatch(ROOM, [AT, BESIDE])
+    watch = unfed(ROOM, AT, BESIDE)
     watch.note_distances(0, [TIGHT, FAR])
     commands = [command(*asked(TIGHT, 0.0)), command(*asked(TIGHT, 0.0))]
     watch.look(commands, [AT, BESIDE])

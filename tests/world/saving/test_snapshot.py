@@ -229,7 +229,7 @@ def test_the_snapshot_of_a_changed_scenario_is_refused(tmp_path: Path) -> None:
 
 # --- nothing is forgotten ---
 
-CACHES = {"_shown", "_places", "told", "due", "_tree", "_block"}  # attributes that are computed anew
+CACHES = {"_shown", "_places", "_controllers", "told", "due", "_tree", "_block"}  # attributes that are computed anew
 PLAIN = (bool, int, float, str, bytes, set, frozenset, type(None))
 
 

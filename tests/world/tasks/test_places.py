@@ -93,7 +93,7 @@ def test_a_mover_and_a_robot_that_could_not_stop_are_in_the_way() -> None:
 def test_no_more_robots_than_a_fleet_may_have() -> None:
     simulation = fleet()
     world = simulation.world
-    spots = Spots(world.settings, world.bodies.floor, world.measures.cells, [], [], [], [])
+    spots = Spots(world.settings, world.bodies.floor, [], [], [], [])
     with pytest.raises(PeerError, match="expected at most 1000 robots, got 2 beside the 999 of now"):
         spots.starts(places(2), MOST_ROBOTS - 1)
 

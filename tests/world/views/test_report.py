@@ -86,9 +86,8 @@ def run(ticks: int = TICKS) -> World:
 
 
 def summed_up(world: World, reason: str = "nobody moves") -> dict[str, Any]:
-    grid = planning_grid(scenario())
     return report(
-        world, shortest_lengths(world, grid), scenario="by hand", seed=17, robots_per_process=2, pace="2.0", wall_time=7.0,
+        world, shortest_lengths(world), scenario="by hand", seed=17, robots_per_process=2, pace="2.0", wall_time=7.0,
         late_commands=3, tick_wall=TICK_WALL, reason=reason, not_reproducible=["why"], lost=["r2"],
     )  # fmt: skip
 
@@ -172,7 +171,7 @@ def test_a_complete_run_needs_no_reason_and_a_clock_that_stood_gives_no_factor()
     for _ in range(2):
         world.step({"r1": command(reached=[True], activity=Activity.DONE)})
     summary = report(
-        world, shortest_lengths(world, planning_grid(floor)), scenario="s", seed=1, robots_per_process=1, pace="max",
+        world, shortest_lengths(world), scenario="s", seed=1, robots_per_process=1, pace="max",
         wall_time=0.0, late_commands=0, tick_wall=None, reason="late",
     )  # fmt: skip
     assert (summary["complete"], summary["reason"], summary["real_time_factor"]) == (True, "", 0.0)
