@@ -1,13 +1,15 @@
 """Live progress in the terminal, or a plain line now and then if there is no terminal. It needs no Rerun."""
 
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from itertools import product
 from operator import itemgetter
 from textwrap import TextWrapper
 from time import monotonic
+from types import MappingProxyType
 from typing import Any, Final, Self
 
+from msgspec import UNSET
 from rich.box import SIMPLE_HEAD
 from rich.console import Console, Group, RenderableType
 from rich.live import Live
@@ -17,7 +19,7 @@ from rich.text import Text
 from dashboard.fold import palette, phrases
 from dashboard.fold.progress import Progress, RobotProgress, fold
 from swarm.bus import Arrival
-from swarm.messages import CLOCK, EVENT, STATE, Activity, Event, Liveness, Phase, Topic
+from swarm.messages import CLOCK, EVENT, STATE, Activity, Event, Liveness, Map, Phase, Topic
 
 FOLLOWED: Final[tuple[Topic[Any], ...]] = (CLOCK, STATE, EVENT)  # all that a terminal shows, beside presence
 LEAVING: Final = frozenset({"gone", "left", "lost", "stale"})  # kinds of events
@@ -39,6 +41,7 @@ class Terminal:
         home: bool = True,
         quiet: bool = False,
         held: bool = False,
+        kinds: Mapping[str, str] = MappingProxyType({}),
         clock: Callable[[], float] = monotonic,
     ) -> None:
         self.progress = Progress()
@@ -46,6 +49,7 @@ class Terminal:
         self._home = home
         self._quiet = quiet  # no progress, only trouble
         self._held = held  # the robots start when somebody says so
+        self._kinds = kinds  # of the robots, by name; a map tells them too
         self._clock = clock
         self._live: Live | None = None
         self._drawn_at = float("-inf")
@@ -69,8 +73,12 @@ class Terminal:
         if self._live is not None:
             self._live.stop()
 
-    def start_again(self, run: int, *, home: bool) -> None:
-        """Forget the runs before ``run``, that of another set-up; ``home`` says whether its mission returns."""
+    def start_again(self, run: int, *, home: bool, kinds: Mapping[str, str] = MappingProxyType({})) -> None:
+        """Forget the runs before ``run``, that of another set-up; ``home`` says whether its mission returns.
+
+        ``kinds`` are those of its robots, by name; empty if it has none.
+        """
+        self._kinds = kinds
         self._home, self.progress = home, Progress(run=run, tokens=self.progress.tokens)
         self._held = True
 
@@ -82,6 +90,8 @@ class Terminal:
         """Take in what ``Bus.receive`` returned, or a message."""
         before, self.progress = self.progress, fold(self.progress, arrived)
         message = arrived.message if isinstance(arrived, Arrival) else arrived
+        if isinstance(message, Map):
+            self._kinds = {} if message.scenario.kinds is UNSET else message.scenario.kinds
         if isinstance(message, Event) and self.progress is not before and (words := self._words(message)):
             self._trouble.append((message.time, words))
 
@@ -125,7 +135,7 @@ class Terminal:
         """Return a headline about the run and a table with one row per robot."""
         progress = self.progress
         table = Table(box=SIMPLE_HEAD, pad_edge=False)
-        for name in ("robot", "reached", "target"):
+        for name in ("robot", *(["kind"] if self._kinds else []), "reached", "target"):
             table.add_column(name, no_wrap=True)
         table.add_column("way", justify="right", no_wrap=True)
         table.add_column("left", justify="right", no_wrap=True)
@@ -141,6 +151,7 @@ class Terminal:
             waited = progress.seconds(robot.waited)
             table.add_row(
                 Text(name, style=f"bold {colour}"),
+                *([self._kinds.get(name, "")] if self._kinds else []),
                 Text(format_bar(robot), style=colour),
                 phrases.stop_of(robot, robot.target, self._home) if robot.stops else "",
                 f"{robot.share:.0%}" if robot.stops else "",

@@ -11,7 +11,7 @@ from swarm.messages import Map, Setup
 from swarm.settings import MapSettings, Settings, StartSettings
 
 EMPTY: Final = Settings(name="-", map=MapSettings(), start=StartSettings())  # all defaults
-WRITTEN: Final = {"name", "map", "start", "targets", "own_targets", "robots", "serve", "edits"}  # or left out
+WRITTEN: Final = {"name", "map", "start", "targets", "own_targets", "kinds", "robots", "serve", "edits"}  # or left out
 PLACED: Final = {"text", "file", "cell", "offset"}  # the floor is drawn, and the lattice is laid over it when it is run
 
 
@@ -45,13 +45,27 @@ def scenario_file(floor: Map, setup: Setup) -> str:
         "start": {"poses": [list(start) for start in setup.starts or ()]},
     }
     told |= {name: raw[name] for name in ("targets", "own_targets") if raw[name]}
-    told |= {"robots": setup.robots or len(setup.starts or ())}
-    if not (raw["targets"] or raw["own_targets"]):
+    if raw["kinds"]:
+        told |= {"kinds": {name: _own_parts(kind, raw) for name, kind in raw["kinds"].items()}}
+        told |= {"robots": setup.mix or raw["robots"]}
+    else:
+        told |= {"robots": setup.robots or len(setup.starts or ())}
+    of_kinds = bool(settings.kinds) and all(kind.targets is not None for kind in settings.kinds.values())
+    if not (raw["targets"] or raw["own_targets"] or of_kinds):
         told |= {"serve": True}  # whoever drives it gives orders
     rest = {name: value for name, value in raw.items() if name not in WRITTEN}
     return yaml.dump(
         told | _settings_beyond_defaults(rest, default), Dumper=_Dumper, sort_keys=False, default_flow_style=None
     )
+
+
+def _own_parts(kind: dict[str, Any], raw: dict[str, Any]) -> dict[str, Any]:
+    """Return what a kind has of its own; the starts of all robots are in the scenario's, in their order."""
+    shared = {**raw["robot"], "controller": raw["controller"], "sensors": raw["sensors"]}
+    own = {name: value for name, value in kind.items() if value not in (None, shared.get(name)) and name != "start"}
+    if "sensors" in own:
+        own["sensors"] = {name: value for name, value in own["sensors"].items() if value != raw["sensors"][name]}
+    return own
 
 
 def _settings_beyond_defaults(raw: dict[str, Any], default: dict[str, Any]) -> dict[str, Any]:

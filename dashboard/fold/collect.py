@@ -4,7 +4,9 @@ If there are too many frames, some are dropped. Changes of activity, paths and e
 """
 
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import Final
 
 from dashboard.fold import phrases
@@ -61,7 +63,7 @@ class Collector:
         assert state.scene is not None
         self.run, self.robots = state.progress.run, state.progress.order
         self._state, self._selected = state, selected
-        self._home = state.scene.settings.return_home
+        self._home, self._kinds = state.scene.settings.return_home, state.scene.kinds
         self._mark: tuple[int, Phase] | None = None
         self._batch = Batch()
         self._lane: dict[str, str] = {}
@@ -138,7 +140,7 @@ class Collector:
         mark = (int(progress.time), progress.phase)
         if mark != self._mark:
             self._mark = mark
-            self._batch.summaries.append((progress.time, summary(progress, self._home, self._contacts)))
+            self._batch.summaries.append((progress.time, summary(progress, self._home, self._contacts, self._kinds)))
 
     def _note_lane(self, name: str, time: float) -> None:
         word = phrases.lane_label(self._state.progress.robot(name), self._home)
@@ -165,13 +167,18 @@ def _first_left(row: Account, now: float) -> int:
     return left[0] if left else len(row.reached)
 
 
-def summary(progress: Progress, home: bool, contacts: int | None = None) -> str:
-    """Return the run as markdown: the totals, and a table with one row per robot."""
+def summary(
+    progress: Progress, home: bool, contacts: int | None = None, kinds: Mapping[str, str] = MappingProxyType({})
+) -> str:
+    """Return the run as markdown: the totals, and a table with one row per robot.
+
+    ``kinds`` are those of the robots, by name; empty if the fleet has none.
+    """
     rows = [
         f"**{format_totals(progress, contacts)}**",
         "",
-        "| robot | reached | to | left | doing | waited |",
-        "|---|---|---|---|---|---|",
+        f"| robot | {'kind | ' if kinds else ''}reached | to | left | doing | waited |",
+        f"|{'---|' * (7 if kinds else 6)}",
     ]
     for name in progress.order[:ROWS]:
         robot = progress.robot(name)
@@ -180,7 +187,8 @@ def summary(progress: Progress, home: bool, contacts: int | None = None) -> str:
         to = phrases.stop_of(robot, robot.target, home) if robot.stops else "-"
         left = f"{robot.distance:.1f} m" if robot.stops and robot.activity is not Activity.DONE else "-"
         waited = f"{progress.seconds(robot.waited):.0f} s"
-        rows.append(f"| {name} | {robot.reached_count} of {robot.stops} | {to} | {left} | {doing} | {waited} |")
+        who = f"{name} | {kinds.get(name, '-')}" if kinds else name
+        rows.append(f"| {who} | {robot.reached_count} of {robot.stops} | {to} | {left} | {doing} | {waited} |")
     if len(progress.order) > ROWS:
         rows.append(f"\nand {len(progress.order) - ROWS} more")
     return "\n".join(rows)

@@ -173,7 +173,9 @@ class Overlays:
             return f"{body.robot}: {fault}"
         steering = body.steering.value if body.steering is not None else "none"
         joint = f", in a joint plan with {', '.join(body.members)}" if body.members else ""
-        return f"**{body.robot}** {body.activity.value}, steering: {steering}{joint}\n\n```\n{told.text()}\n```"
+        kind = self._scene.kind_of(body.robot)
+        who = f"**{body.robot}** ({kind})" if kind else f"**{body.robot}**"
+        return f"{who} {body.activity.value}, steering: {steering}{joint}\n\n```\n{told.text()}\n```"
 
     def _held_cells(self, body: Body) -> list[Box]:
         """Return the cells that a robot holds."""

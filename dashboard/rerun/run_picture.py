@@ -44,7 +44,7 @@ class Picture:
         self._trails = shapes.Trails(len(robots))
         self._frames_seen = 0
         self._words = dict.fromkeys(robots, (0.0, phrases.READY))  # since when [s], and the newest word
-        self._plans_shown = False
+        self._plans_shown = self._loads_known = False
         self._touched: list[phrases.Touch] = []
         self._learned: Learned | None = None
 
@@ -75,17 +75,18 @@ class Picture:
     def _draw_frames(self, frames: list[Truth], distances: list[list[float]]) -> None:
         values = shapes.table(frames, self._robots)
         times = [frame.time for frame in frames]
-        scene, (rows, robots, _) = self.stage.scene.settings, values.shape
-        radius = scene.robot.radius
-        if not self.stage.homes_known and frames[0].tick <= scene.rate:
+        scene, (rows, robots, _) = self.stage.scene, values.shape
+        radii = shapes.radii_now(values, [scene.radius_of(name) for name in self._robots])
+        if not self.stage.homes_known and frames[0].tick <= scene.settings.rate:
             self.stage.draw_homes({body.robot: (body.x, body.y) for body in frames[0].bodies})
         each, near = [robots] * rows, values[:, self._detailed]
         positions = values[..., :2].reshape(-1, 2)
         self._columns("world/robots", times, rr.Points2D.columns(positions=positions).partition(each))
-        noses = shapes.heading_strips(values, radius)
+        noses = shapes.heading_strips(values, radii)
         self._columns("world/heading", times, rr.LineStrips2D.columns(strips=noses).partition(each))
+        sensors = [scene.sensors_of(self._robots[n]) for n in self._detailed]
         fans = rr.LineStrips2D.columns(
-            strips=shapes.sectors(near, radius, scene.sensors), colors=shapes.sector_colours(near, scene.sensors)
+            strips=shapes.sectors(near, radii[:, self._detailed], sensors), colors=shapes.sector_colours(near, sensors)
         )
         self._columns("world/sensors", times, fans.partition([3 * len(self._detailed)] * rows))
         self._columns("distance", times, rr.Scalars.columns(scalars=np.ravel(distances)).partition(each))
@@ -93,8 +94,9 @@ class Picture:
             speeds = rr.Scalars.columns(scalars=values[..., column].ravel())
             self._columns(f"wheels/{side}", times, speeds.partition(each))
         self._draw_movers(frames, times)
-        beliefs = [shapes.beliefs(frame.bodies, radius) for frame in frames]
+        beliefs = [shapes.beliefs(frame.bodies, scene.radius_now) for frame in frames]
         self._draw_strips("world/beliefs", times, beliefs)
+        self._draw_loads(frames, times)
         trails, shown = [], []
         for time, spots in zip(times, values[..., :2], strict=True):
             self._trails.add(spots)
@@ -109,10 +111,21 @@ class Picture:
     def _draw_movers(self, frames: list[Truth], times: list[float]) -> None:
         self._draw_strips("world/movers", times, [shapes.outlines(frame.movers) for frame in frames])
 
-    def _draw_strips(self, entity: str, times: list[float], strips: list[list[shapes.Floats]]) -> None:
-        """Draw the lines of each frame, if there are any in one of them."""
+    def _draw_loads(self, frames: list[Truth], times: list[float]) -> None:
+        """Draw the footprints of robots with loads; from the first load on, also that there is none."""
+        loads = [shapes.loads(frame.bodies) for frame in frames]
+        if any(loads) and not self._loads_known:
+            self._loads_known = True
+            self.stage.prepare_loads()
+        if self._loads_known:
+            self._draw_strips("world/loads", times, loads, gone=True)
+
+    def _draw_strips(
+        self, entity: str, times: list[float], strips: list[list[shapes.Floats]], *, gone: bool = False
+    ) -> None:
+        """Draw the lines of each frame, if there are any in one of them, or if those before may be ``gone``."""
         counts = [len(one) for one in strips]
-        if any(counts):
+        if any(counts) or gone:
             columns = rr.LineStrips2D.columns(strips=[strip for one in strips for strip in one])
             self._columns(entity, times, columns.partition(counts))
 
@@ -180,7 +193,7 @@ class Picture:
         for plan in overlay.joint:
             colour = palette.mix_colours(self._colour(plan.leader), palette.WHITE)
             leads = [overlay.spots[plan.leader]] if plan.leader in overlay.spots else []
-            rings = shapes.circle_strips(leads, self.stage.scene.settings.robot.radius * RING)
+            rings = shapes.circle_strips(leads, self.stage.scene.radius_of(plan.leader) * RING)
             lines += [*(_array(line) for line in plan.ways.values()), *rings]
             line_colours += [colour] * (len(plan.ways) + len(rings))
             ends += [line[-1] for line in plan.ways.values()]

@@ -1,5 +1,6 @@
 """The shapes of a batch of frames as arrays, without Rerun. K frames, N robots, metres in the map frame."""
 
+from collections.abc import Callable, Sequence
 from math import cos, radians, sin
 from typing import Final
 
@@ -20,7 +21,7 @@ ARC: Final = 5  # points on a sector's arc
 NEAR: Final = 0.8  # m; the paper's `near`
 TRAIL_STEP: Final = 0.15  # m between two points of a trail
 TRAIL_LENGTH: Final = 100  # points of a trail
-COLUMNS: Final = ("x", "y", "yaw", "left", "front", "right", "left_v", "right_v")  # of a body
+COLUMNS: Final = ("x", "y", "yaw", "left", "front", "right", "left_v", "right_v", "radius")  # of a body
 
 
 def table(frames: list[Truth], robots: tuple[str, ...]) -> Floats:
@@ -35,43 +36,55 @@ def table(frames: list[Truth], robots: tuple[str, ...]) -> Floats:
     return values
 
 
-def heading_strips(values: Floats, radius: float) -> Floats:
+def radii_now(values: Floats, own: Sequence[float]) -> Floats:
+    """Return the radius of each robot in each frame (K, N): with its load, or its ``own`` (N)."""
+    told = values[..., 8]
+    return np.where(told > 0.0, told, np.array(own, dtype=np.float32))
+
+
+def heading_strips(values: Floats, radii: Floats) -> Floats:
     """Return the headings of the robots: strips (K*N, 2, 2) from the centre to a little beyond the edge."""
-    reach = radius * np.array([0.0, 1.6], dtype=np.float32)
+    reach = radii[..., None] * np.array([0.0, 1.6], dtype=np.float32)
     yaw = values[..., 2, None]
-    points = values[..., None, :2] + reach[:, None] * np.stack([np.cos(yaw), np.sin(yaw)], axis=-1)
+    points = values[..., None, :2] + reach[..., None] * np.stack([np.cos(yaw), np.sin(yaw)], axis=-1)
     strips: Floats = points.reshape(-1, 2, 2).astype(np.float32)
     return strips
 
 
-def sectors(values: Floats, radius: float, sensors: SensorSettings) -> Floats:
-    """Return the three measured sectors of each robot: closed strips (K*N*3, ARC + 2, 2)."""
-    side, half = radians(sensors.side_deg), radians(sensors.side_half_width_deg)
-    front = radians(sensors.front_half_width_deg)
-    fan = np.array(
-        [
-            np.linspace(low, high, ARC)
-            for low, high in ((side - half, side + half), (-front, front), (-side - half, half - side))
-        ],
-        dtype=np.float32,
-    )
-    middle = np.array([side, 0.0, -side], dtype=np.float32)
+def sectors(values: Floats, radii: Floats, sensors: Sequence[SensorSettings]) -> Floats:
+    """Return the three measured sectors of each robot: closed strips (K*N*3, ARC + 2, 2).
+
+    ``radii`` are (K, N), ``sensors`` those of each robot.
+    """
+    fans = {one: _fan(one) for one in set(sensors)}
+    middle = np.array([fans[one][0] for one in sensors], dtype=np.float32).reshape(-1, 3)
+    fan = np.array([fans[one][1] for one in sensors], dtype=np.float32).reshape(-1, 3, ARC)
     angle = values[..., 2, None, None] + fan  # (K, N, 3, ARC)
-    reach = (values[..., 3:6] + radius)[..., None, None]
+    reach = (values[..., 3:6] + radii[..., None])[..., None, None]
     arc = np.stack([np.cos(angle), np.sin(angle)], axis=-1) * reach
     base = values[..., 2, None] + middle
-    tip = (np.stack([np.cos(base), np.sin(base)], axis=-1) * radius)[..., None, :]
+    tip = (np.stack([np.cos(base), np.sin(base)], axis=-1) * radii[..., None, None])[..., None, :]
     ring = np.concatenate([tip, arc, tip], axis=-2) + values[..., None, None, :2]
     return ring.reshape(-1, ARC + 2, 2).astype(np.float32)
 
 
-def sector_colours(values: Floats, sensors: SensorSettings) -> Bytes:
+def _fan(sensors: SensorSettings) -> tuple[list[float], list[Floats]]:
+    """Return the middle of each sector, and the angles of its arc [rad, from ahead]."""
+    side, half = radians(sensors.side_deg), radians(sensors.side_half_width_deg)
+    front = radians(sensors.front_half_width_deg)
+    edges = ((side - half, side + half), (-front, front), (-side - half, half - side))
+    return [side, 0.0, -side], [np.linspace(low, high, ARC, dtype=np.float32) for low, high in edges]
+
+
+def sector_colours(values: Floats, sensors: Sequence[SensorSettings]) -> Bytes:
     """Return the colours of the sectors (K*N*3, 4): faint if nothing is in range, else brighter, red within `near`."""
-    seen = values[..., 3:6].reshape(-1)
+    seen = values[..., 3:6]
+    in_range = np.array([one.range - 1e-3 for one in sensors], dtype=np.float32)[:, None]
+    near = np.array([min(NEAR, one.range) for one in sensors], dtype=np.float32)[:, None]
     colours = np.empty((seen.size, 4), dtype=np.uint8)
     colours[:, :3] = palette.WHITE
-    colours[:, 3] = np.where(seen < sensors.range - 1e-3, 110, 28)
-    colours[seen < min(NEAR, sensors.range)] = (*palette.BLOCKED, 200)
+    colours[:, 3] = np.where(seen < in_range, 110, 28).reshape(-1)
+    colours[(seen < near).reshape(-1)] = (*palette.BLOCKED, 200)
     return colours
 
 
@@ -129,10 +142,15 @@ def outlines(movers: list[Mover]) -> list[Floats]:
     return found
 
 
-def beliefs(bodies: list[Body], radius: float) -> list[Floats]:
+def beliefs(bodies: list[Body], radius_now: Callable[[Body], float]) -> list[Floats]:
     """Return a ring for each robot that knows its pose only nearly: its body is in it, wherever in its error it is."""
-    found = [body.believed for body in bodies if body.believed is not None]
-    return [circle_strips([(x, y)], radius + off)[0] for x, y, _, off in found]
+    found = [(radius_now(body), body.believed) for body in bodies if body.believed is not None]
+    return [circle_strips([(x, y)], radius + off)[0] for radius, (x, y, _, off) in found]
+
+
+def loads(bodies: list[Body]) -> list[Floats]:
+    """Return a ring around each robot that carries a load: the footprint that it has with it."""
+    return [circle_strips([(body.x, body.y)], body.radius)[0] for body in bodies if body.radius]
 
 
 class Trails:
@@ -153,14 +171,17 @@ class Trails:
         return [np.array(points, dtype=np.float32).reshape(-1, 2) for points in self._points]
 
 
-def circle_strips(spots: list[tuple[float, float]], radius: float) -> Floats:
-    """Return a circle around each spot: (M, 33, 2)."""
+def circle_strips(spots: Sequence[tuple[float, float]], radii: float | Sequence[float]) -> Floats:
+    """Return a circle around each spot: (M, 33, 2); ``radii`` are one for all, or one for each."""
     angle = np.linspace(0.0, 2 * np.pi, 33, dtype=np.float32)
-    circle = radius * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-    return (np.array(spots, dtype=np.float32).reshape(-1, 1, 2) + circle).astype(np.float32)
+    return _around(spots, radii, np.stack([np.cos(angle), np.sin(angle)], axis=-1))
 
 
-def square_strips(spots: list[tuple[float, float]], half: float) -> Floats:
-    """Return a square around each spot: (M, 5, 2)."""
-    corners = half * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]], dtype=np.float32)
-    return (np.array(spots, dtype=np.float32).reshape(-1, 1, 2) + corners).astype(np.float32)
+def square_strips(spots: Sequence[tuple[float, float]], halves: float | Sequence[float]) -> Floats:
+    """Return a square around each spot: (M, 5, 2); ``halves`` of their sides are one for all, or one for each."""
+    return _around(spots, halves, np.array([[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]], dtype=np.float32))
+
+
+def _around(spots: Sequence[tuple[float, float]], sizes: float | Sequence[float], ring: Floats) -> Floats:
+    places, scales = np.array(spots, dtype=np.float32), np.array(sizes, dtype=np.float32)
+    return (places.reshape(-1, 1, 2) + scales.reshape(-1, 1, 1) * ring).astype(np.float32)

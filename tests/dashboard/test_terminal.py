@@ -11,6 +11,8 @@ from dashboard.fold.progress import RobotProgress
 from dashboard.terminal import ROWS, Terminal, format_bar, print_wrapped
 from swarm.bus import Arrival, Presence
 from swarm.messages import Activity, Event, Message, Phase, PoolCounts
+from tests.dashboard.drawn import floor
+from tests.dashboard.mixed import floor as mixed_floor
 from tests.dashboard.rehearsal import RATE, Rehearsal
 from tests.messages.made import broadcast, clock, state
 
@@ -72,6 +74,21 @@ def test_without_a_terminal_there_are_plain_lines() -> None:
     assert len(regular) == pytest.approx(seconds / 5.0, abs=2)
     assert regular[-1].endswith("100% of the way, 2.0 x real time: r1 done, r2 done")
     assert text.isascii()
+
+
+def test_the_table_names_kinds_if_the_fleet_has_them() -> None:
+    """They are told when the terminal begins, or by the map of the world."""
+    first = tuple(message for _, message, _ in Rehearsal(2).messages(0))
+    plain, told, heard = Screen(*first), Screen(*first, kinds={"r1": "cart"}), Screen(*first, mixed_floor())
+    assert "robot reached target" in " ".join(plain.table.split())
+    for part in ("robot kind reached target", "r1 cart >...", "r2 >..."):
+        assert part in " ".join(told.table.split())
+    assert "r2 cart" in " ".join(heard.table.split())
+    heard.hear(floor(Rehearsal(2)))
+    assert heard.table == plain.table
+    told.start_again(1, home=True)
+    told.hear(clock(run=1, robots=("r1", "r2")))
+    assert "cart" not in told.table
 
 
 def test_in_a_terminal_there_is_one_row_a_robot() -> None:

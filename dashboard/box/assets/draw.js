@@ -2,8 +2,9 @@
 
 import { movers, robots, sensors, waits } from "./bodies.js";
 import { fromGrid, lattice, picture, sparse } from "./floor.js";
-import { body, colour, draft, row, state, targets } from "./state.js";
-import { label, path, quad, square } from "./strokes.js";
+import { kindNames, kindOf, kindsIn, radiusOfKind, targetsOfKind } from "./kinds.js";
+import { body, colour, draft, row, shape, state, targets } from "./state.js";
+import { label, outline, path, quad, square } from "./strokes.js";
 import { theme } from "./theme.js";
 
 const DETAILED = 8; // robots; of more, only the selected one shows its sensors and cells
@@ -185,12 +186,12 @@ function contacts(context, view) {
 }
 
 function starts(context, view) {
-  const drafted = draft().starts, told = drafted ?? Object.values(state.floor.starts);
-  const half = Math.max(4, state.floor.settings.robot.radius * view.scale * 1.15);
+  const { starts: drafted, mix } = draft(), told = drafted ?? Object.values(state.floor.starts);
+  const kinds = drafted ? kindsIn(mix ?? {}) : Object.keys(state.floor.starts).map((robot) => kindOf(state.floor, robot));
   context.lineWidth = 1.5;
   context.strokeStyle = context.fillStyle = theme.start;
-  for (const [x, y, yaw] of told) {
-    const [px, py] = view.toScreen([x, y]);
+  for (const [at, [x, y, yaw]] of told.entries()) {
+    const half = Math.max(4, radiusOfKind(state.floor, kinds[at]) * view.scale * 1.15), [px, py] = view.toScreen([x, y]);
     square(context, [px, py], half);
     context.globalAlpha = drafted ? 0.3 : 0.1;
     context.fill();
@@ -206,15 +207,23 @@ function starts(context, view) {
   context.globalAlpha = 1;
 }
 
+/** Whose targets are drawn: those of each robot, those of the first robot of each kind, or, as null, those of all. */
+function visitors() {
+  const robots = state.selected ? [state.selected] : state.clock?.robots ?? [];
+  if (draft().targets) return [null];
+  if (state.floor.settings.own_targets.length) return robots;
+  if (!kindNames(state.floor).length || !robots.some((robot) => targetsOfKind(state.floor, robot))) return [null];
+  return [...new Map([...robots].reverse().map((robot) => [kindOf(state.floor, robot), robot])).values()];
+}
+
 function stops(context, view) {
-  const own = state.floor.settings.own_targets.length && !draft().targets;
-  const robots = own ? (state.selected ? [state.selected] : state.clock?.robots ?? []) : [null];
+  const own = state.floor.settings.own_targets.length, robots = visitors();
   const size = Math.min(11, Math.max(7, 0.34 * view.scale));
   for (const robot of robots) {
-    const to = robot ? row(robot)?.target : null;
+    const to = robot && (own || state.selected) ? row(robot)?.target : null;
     targets(robot).forEach((point, at) => {
       const pixel = view.toScreen(point);
-      context.fillStyle = robot ? colour(robot) : theme.target;
+      context.fillStyle = robot && own ? colour(robot) : theme.target;
       context.globalAlpha = 0.12;
       context.beginPath();
       context.arc(...pixel, state.floor.settings.reach * view.scale, 0, 7);
@@ -224,7 +233,8 @@ function stops(context, view) {
         square(context, pixel, 3, 1);
         context.fill();
       } else {
-        square(context, pixel, size);
+        if (robot && !own) outline(context, pixel, size * 1.3, shape(robot));
+        else square(context, pixel, size);
         context.fill();
         label(context, String(at + 1), pixel, `600 ${Math.round(size * 1.25)}px system-ui, sans-serif`, theme.floor);
       }

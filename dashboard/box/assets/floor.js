@@ -13,6 +13,7 @@ export async function unpacked(map) {
     cells: new Uint8Array(await new Response(stream).arrayBuffer()),
     settings: map.scenario.settings,
     starts: map.scenario.starts ?? {},
+    kinds: map.scenario.kinds ?? {},
   };
 }
 

@@ -2,11 +2,13 @@
 
 import { draw } from "./draw.js";
 import { fromGrid, unpacked } from "./floor.js";
+import { kindNames } from "./kinds.js";
 import { ask, connect } from "./link.js";
+import * as mix from "./mix.js";
 import * as panel from "./panel.js";
 import * as past from "./past.js";
 import { apply, go, save } from "./setup.js";
-import { about, isDrafted, phase, state, takeTruth, wanted } from "./state.js";
+import { about, isDrafted, phase, state, takeTruth, titled, wanted } from "./state.js";
 import { readTheme } from "./theme.js";
 import { install, setRobots, starts } from "./tools.js";
 import { View } from "./view.js";
@@ -114,8 +116,10 @@ function whole() {
 function inputs() {
   const active = document.activeElement, robots = state.draft.starts?.length ?? wanted("robots") ?? state.clock?.robots.length;
   if (active !== $("robots") && robots) $("robots").value = robots;
+  mix.refresh(page);
   if (active !== $("speed")) $("speed").value = wanted("speed") ?? 0.4;
-  $("speed_reading").textContent = `${Math.round(100 * $("speed").value)} %`;
+  const each = wanted("speed") === null && kindNames(state.floor).length > 0;
+  $("speed_reading").textContent = each ? "each its own" : `${Math.round(100 * $("speed").value)} %`;
   const name = wanted("scenario") ?? state.floor?.settings.name;
   if (active !== $("scenario") && name && $("scenario").value !== name) {
     if (![...$("scenario").options].some((option) => option.value === name)) $("scenario").add(new Option(name, name));
@@ -274,7 +278,7 @@ function next(step) {
 // words for who does not see the arena
 setInterval(() => {
   const robots = state.overview?.robots ?? [], told = robots.slice(0, 8);
-  const text = `the floor with ${count(robots.length, "robot")}: ` + told.map((row) => `${row.robot} ${doing(row, about(row.robot))}`).join(". ");
+  const text = `the floor with ${count(robots.length, "robot")}: ` + told.map((row) => `${titled(row.robot)} ${doing(row, about(row.robot))}`).join(". ");
   canvas.setAttribute("aria-label", text);
 }, 3000);
 

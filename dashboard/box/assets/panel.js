@@ -1,9 +1,10 @@
 // The words beside the arena: totals, a bar for each robot, the selected robot, events.
 
+import { kindOf, radiusOfKind, sensorsOf, topSpeedOfKind } from "./kinds.js";
 import { ask, select } from "./link.js";
 import { moment, why } from "./past.js";
-import { about, body, colour, isDrafted, phase, row, state } from "./state.js";
-import { doing, nth, quoted, ruleInWords, said, seconds } from "./words.js";
+import { about, body, colour, isDrafted, phase, row, shape, state, titled } from "./state.js";
+import { doing, nth, ofKind, quoted, ruleInWords, said, seconds } from "./words.js";
 
 const $ = (id) => document.getElementById(id);
 const MANY = 12; // robots; of more, the bars stand in two columns
@@ -111,7 +112,8 @@ function fill(item, told, many) {
   set(short, many ? brief : brief + since + queue);
   item.className = waiting ? "" : !here ? "lost" : told.activity;
   item.classList.toggle("chosen", told.robot === state.selected);
-  const sentence = `${told.robot} ${doing(told, about(told.robot))}`;
+  item.dataset.shape = shape(told.robot);
+  const sentence = `${titled(told.robot)} ${doing(told, about(told.robot))}`;
   if (item.firstChild.title !== sentence) item.firstChild.title = sentence;
 }
 
@@ -135,6 +137,7 @@ function one(page) {
   }
   const told = row(name), seen = body(name), part = (kind) => box.querySelector(`.${kind}`);
   box.style.setProperty("--robot", colour(name));
+  set(part("kind"), kindOf(state.floor, name) ? ofKind(nature(name, seen)) : "");
   set(part("does"), doing(told, about(name)));
   set(part("order"), told.assignment ? `has order ${told.assignment}` : "has the scenario's targets");
   const whom = seen?.waits.length && told.activity !== "give_way" ? [`waits for ${seen.waits.join(", ")}`] : [];
@@ -146,6 +149,12 @@ function one(page) {
   causes(part("causes"));
   if (seen) measures(part("measures"), seen);
   rules(part("rules"), state.rules[name]);
+}
+
+/** What a robot is, for a sentence; `seen` is its body or null. */
+function nature(name, seen) {
+  const kind = kindOf(state.floor, name), radius = radiusOfKind(state.floor, kind);
+  return { kind, radius, loaded: seen?.radius ?? 0, top: topSpeedOfKind(state.floor, kind) };
 }
 
 function leader(name) {
@@ -170,7 +179,7 @@ function frame(name, page) {
     act("halt", "stop it", () => request(row(name)?.activity === "stopped" ? "go_on" : "stop")),
     act("home", "home", () => request("home")),
   );
-  const lines = ["does", "order", "waits"].map((kind) => element("p", kind));
+  const lines = ["does", "kind", "order", "waits"].map((kind) => element("p", kind));
   buttons.append(act("ask", "why?", () => why(page)));
   buttons.lastChild.title = "ask the run's tape why it does what it does";
   return [head, ...lines, buttons, element("ul", "causes"), element("div", "measures"), element("ul", "rules")];
@@ -207,7 +216,7 @@ function tape(page) {
 }
 
 function measures(box, seen) {
-  const range = state.floor?.settings.sensors.range ?? 1.6, speed = 4;
+  const range = state.floor ? sensorsOf(state.floor, seen.robot).range : 1.6, speed = 4;
   const told = [
     ["left", seen.left, range, "m"], ["front", seen.front, range, "m"], ["right", seen.right, range, "m"],
     ["left wheel", seen.left_v, speed, "m/s"], ["right wheel", seen.right_v, speed, "m/s"],

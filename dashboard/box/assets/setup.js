@@ -52,8 +52,9 @@ export async function go() {
 function hasStops() {
   if (state.draft.scenario) return true; // its own targets
   if (wanted("targets")?.length) return true;
-  const { own_targets: own, start, pool, orders } = state.floor?.settings ?? {};
-  return !state.draft.targets && Boolean(own?.length || start?.circle || pool?.length || orders?.length);
+  const { own_targets: own, start, pool, orders, kinds } = state.floor?.settings ?? {};
+  const ofKinds = Object.values(kinds ?? {}).some((kind) => kind.targets?.length);
+  return !state.draft.targets && Boolean(own?.length || ofKinds || start?.circle || pool?.length || orders?.length);
 }
 
 /** Download what is set up as a scenario file. */

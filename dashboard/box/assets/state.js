@@ -1,5 +1,7 @@
 // All that the page knows: what came over the wire, what is drawn and not yet asked for, and what the user looks at.
 
+import { kindOf, mixOf, shapeOf, targetsOfKind } from "./kinds.js";
+
 export const state = {
   hello: null, // the fleet's name, the scenarios, the robots' colours, the file of the tape
   setup: null, // what the fleet drives, as `fleet/setup`
@@ -37,6 +39,12 @@ export function wanted(part) {
   return draft()[part] ?? state.setup?.[part] ?? null;
 }
 
+/** How many robots of each kind will be driven; null: the fleet has no kinds. */
+export function wantedMix() {
+  const there = mixOf(state.floor);
+  return there && (wanted("mix") ?? there);
+}
+
 export function isDrafted() {
   return Object.keys(draft()).length > 0;
 }
@@ -55,6 +63,17 @@ export function colour(robot) {
   return colours[Math.max(0, number(robot)) % colours.length];
 }
 
+/** A robot's name, with its kind if the fleet has kinds. */
+export function titled(robot) {
+  const kind = kindOf(state.floor, robot);
+  return kind ? `${robot} (${kind})` : robot;
+}
+
+/** The shape by which a robot's kind is told apart. */
+export function shape(robot) {
+  return shapeOf(state.floor, kindOf(state.floor, robot));
+}
+
 export function row(robot) {
   return state.overview?.robots.find((one) => one.robot === robot) ?? null;
 }
@@ -63,10 +82,10 @@ export function body(robot) {
   return state.truth?.bodies.find((one) => one.robot === robot) ?? null;
 }
 
-/** The targets [m] of a robot as the scenario has them: its own, or those that all visit. */
+/** The targets [m] of a robot as the scenario has them: its own, those of its kind, or those that all visit. */
 export function targets(robot) {
   const own = state.floor?.settings.own_targets ?? [];
-  return draft().targets ?? own[number(robot)] ?? wanted("targets") ?? [];
+  return draft().targets ?? own[number(robot)] ?? targetsOfKind(state.floor, robot) ?? wanted("targets") ?? [];
 }
 
 /** Take in the true poses: the trails grow, and start again with a new run. */

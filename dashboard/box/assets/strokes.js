@@ -1,6 +1,7 @@
 // Strokes that several layers use.
 
 import { fromGrid } from "./floor.js";
+import { cornersOf } from "./kinds.js";
 import { state } from "./state.js";
 
 export function path(context, view, points) {
@@ -17,6 +18,15 @@ export function quad(context, view, low, high) {
 export function square(context, [px, py], half, corner = 3) {
   context.beginPath();
   context.roundRect(px - half, py - half, 2 * half, 2 * half, corner);
+}
+
+/** The outline of a robot or of what belongs to its kind: a disc, or a shape with its corners on the disc's edge. */
+export function outline(context, [px, py], radius, shape) {
+  const corners = cornersOf(shape);
+  context.beginPath();
+  if (!corners.length) context.arc(px, py, radius, 0, 7);
+  corners.forEach(([x, y], at) => context[at ? "lineTo" : "moveTo"](px + x * radius, py + y * radius));
+  if (corners.length) context.closePath();
 }
 
 export function label(context, text, [px, py], font, fill, halo = null, align = "center") {

@@ -3,12 +3,14 @@
 
 import { radiusOf } from "./bodies.js";
 import { block, fromGrid, isFree } from "./floor.js";
+import { kindNames, kindsIn, mixOf, radiusOfKind, startsIn } from "./kinds.js";
 import { ask } from "./link.js";
-import { state, wanted } from "./state.js";
+import { state, wanted, wantedMix } from "./state.js";
 
 const CLICK = 5; // px; a shorter way of the pointer is a click
 const GRAB = 12; // px around a target or start that take hold of it
-const APART = 1.25; // m between two starts, so that each can reserve floor of its own
+const NEAREST = 1.25; // m between two starts, so that each can reserve floor of its own
+const ROOM = 0.45; // m of free floor around a start
 
 /** Make the canvas hear the pointer. `page` has redraw(), carry(promise) for requests, and choose(robot). */
 export function install(canvas, view, page) {
@@ -84,14 +86,13 @@ const TOOLS = {
 
   start: {
     press(view, at) {
-      const list = starts(), found = startAt(view, at);
+      const list = starts(), mix = startMix(), found = startAt(view, at);
       const number = found ?? state.nextStart % Math.max(1, list.length);
       if (found === null) {
         list[number] = [...rounded(view.toMap(at)), list[number]?.[2] ?? 0];
         state.nextStart = number + 1;
       }
-      state.draft.starts = list;
-      delete state.draft.robots;
+      putStarts(list, mix);
       return { number, moves: found !== null };
     },
     drag(view, held, at) {
@@ -144,18 +145,48 @@ function take({ target, start }) {
   if (target !== null) {
     state.draft.targets = wanted("targets").filter((_, at) => at !== target);
   } else {
-    const left = starts().filter((_, at) => at !== start);
+    const left = starts().filter((_, at) => at !== start), mix = startMix();
     if (!left.length) return Promise.reject(new Error("a run needs a robot; move its start with the tool start"));
-    state.draft.starts = left;
-    delete state.draft.robots;
+    putStarts(left, mix && fewer(mix, kindsIn(mix)[start]));
   }
   return null;
 }
 
 /** Return a copy of the starts as they will be driven, in the order of the robots. */
 export function starts() {
-  const told = state.draft.starts ?? Object.values(state.floor?.starts ?? {});
-  return told.map((start) => [...start]);
+  return (state.draft.starts ?? startsIn(state.floor)).map((start) => [...start]);
+}
+
+/** How many of these starts are of each kind, in their order; null: the fleet has no kinds. */
+function startMix() {
+  return state.draft.starts ? wantedMix() : mixOf(state.floor);
+}
+
+function fewer(mix, kind) {
+  const { [kind]: before, ...others } = mix;
+  return before > 1 ? { ...mix, [kind]: before - 1 } : others;
+}
+
+/** Ask for starts, of a fleet with kinds with how many of them are of each kind. */
+function putStarts(list, mix) {
+  state.draft.starts = list;
+  delete state.draft.robots;
+  if (mix) state.draft.mix = mix;
+}
+
+/** Ask for a mix: the launcher finds the starts if no kind has a list of them, else they are put here. */
+export function setMix(mix) {
+  const { start, kinds } = state.floor.settings, listed = start.poses || Object.values(kinds).some((kind) => kind.start?.poses);
+  if (!state.draft.starts && !listed) {
+    state.draft.mix = mix;
+    return;
+  }
+  const of = kindsIn(startMix()), before = starts(), groups = {};
+  for (const kind of Object.keys(mix)) groups[kind] = before.filter((_, at) => of[at] === kind).slice(0, mix[kind]);
+  for (const [kind, group] of Object.entries(groups)) {
+    while (group.length < mix[kind]) group.push(spotFor(mix[kind], Object.values(groups).flat(), group.at(-1) ?? before.at(-1), kind));
+  }
+  putStarts(Object.values(groups).flat(), mix);
 }
 
 /** Ask for a number of robots: the launcher finds the starts if the scenario has an area, else they are put here. */
@@ -165,23 +196,26 @@ export function setRobots(count) {
     return;
   }
   const list = starts().slice(0, count);
-  while (list.length < count) {
-    const spot = spotBeside(list);
-    if (!spot) throw new Error(`expected room for ${count} robots beside each other, found it for ${list.length}; put starts by hand`);
-    list.push(spot);
-  }
-  state.draft.starts = list;
-  delete state.draft.robots;
+  while (list.length < count) list.push(spotFor(count, list, list.at(-1), ""));
+  putStarts(list, null);
 }
 
-function spotBeside(list) {
-  const [x, y, yaw] = list.at(-1);
-  const roomy = ([px, py]) => [-0.45, 0, 0.45].every((dx) => [-0.45, 0, 0.45].every((dy) => isFree(state.floor, [px + dx, py + dy])));
+/** Return a start for one more robot beside another one; throw an Error with a sentence if there is no room. */
+function spotFor(count, list, beside, kind) {
+  const spot = spotBeside(list, beside, kind);
+  if (!spot) throw new Error(`expected room for ${count} robots${kind && ` of the kind ${kind}`} beside each other, found none for one of them; put starts by hand`);
+  return spot;
+}
+
+function spotBeside(list, [x, y, yaw], kind) {
+  const widest = Math.max(...["", ...kindNames(state.floor)].map((one) => radiusOfKind(state.floor, one)));
+  const apart = Math.max(NEAREST, 4 * widest), room = Math.max(ROOM, radiusOfKind(state.floor, kind) + 0.1), around = [-room, 0, room];
+  const roomy = ([px, py]) => around.every((dx) => around.every((dy) => isFree(state.floor, [px + dx, py + dy])));
   for (let ring = 1; ring < 40; ring++) {
     for (let side = -ring; side <= ring; side++) {
       for (const [i, j] of [[side, ring], [ring, side], [side, -ring], [-ring, side]]) {
-        const spot = rounded([x + i * APART, y + j * APART]);
-        const free = list.every(([ox, oy]) => Math.max(Math.abs(ox - spot[0]), Math.abs(oy - spot[1])) >= APART - 0.01);
+        const spot = rounded([x + i * apart, y + j * apart]);
+        const free = list.every(([ox, oy]) => Math.max(Math.abs(ox - spot[0]), Math.abs(oy - spot[1])) >= apart - 0.01);
         if (free && roomy(spot)) return [...spot, yaw];
       }
     }
@@ -191,21 +225,22 @@ function spotBeside(list) {
 
 const rounded = ([x, y]) => [Math.round(x * 100) / 100, Math.round(y * 100) / 100];
 
-function nearest(view, at, points, reach) {
-  let best = reach, found = null;
+/** Return the number of the point that a pixel is nearest to, as seen from the edge of its reach [px]; null: of none. */
+function nearest(view, at, points, reachOf) {
+  let best = 0, found = null;
   points.forEach((point, number) => {
-    const [px, py] = view.toScreen(point), away = Math.hypot(px - at[0], py - at[1]);
-    if (away <= best) [best, found] = [away, number];
+    const [px, py] = view.toScreen(point), outside = Math.hypot(px - at[0], py - at[1]) - reachOf(number);
+    if (outside <= best) [best, found] = [outside, number];
   });
   return found;
 }
 
-const targetAt = (view, at) => nearest(view, at, wanted("targets") ?? [], GRAB);
-const startAt = (view, at) => nearest(view, at, starts(), GRAB);
+const targetAt = (view, at) => nearest(view, at, wanted("targets") ?? [], () => GRAB);
+const startAt = (view, at) => nearest(view, at, starts(), () => GRAB);
 
 /** Return the name of the robot at a pixel, or null. */
 export function robotAt(view, at) {
   const bodies = state.truth?.bodies ?? [];
-  const found = nearest(view, at, bodies.map(({ x, y }) => [x, y]), radiusOf(view) + 6);
+  const found = nearest(view, at, bodies.map(({ x, y }) => [x, y]), (number) => radiusOf(view, bodies[number]) + 6);
   return found === null ? null : bodies[found].robot;
 }

@@ -47,6 +47,12 @@ export function doing(told, { seen, waiting, home }) {
   return (says[activity] ?? told.doing) + lost;
 }
 
+/** Return what a robot is as a sentence without its name: its kind, its radius [m] and with its load, and its speed [m/s]. */
+export function ofKind({ kind, radius, loaded, top }) {
+  const load = loaded > radius ? `, with its load ${loaded.toFixed(2)} m` : "";
+  return `is of the kind ${kind}: ${radius.toFixed(2)} m in radius${load}; it drives at most ${top.toFixed(2)} m/s`;
+}
+
 /** Return a rule in short words: "left far, front near: left wheel slow, right wheel fast". */
 export function ruleInWords(text) {
   const short = text.replace(/^IF /, "").replace(" THEN ", ": ").replaceAll(" AND ", ", ").replaceAll(" is ", " ");

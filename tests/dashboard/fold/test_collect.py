@@ -5,7 +5,7 @@ import itertools
 import pytest
 from msgspec.structs import replace
 
-from dashboard.fold.collect import BODIES, Batch, format_totals, trip_starts
+from dashboard.fold.collect import BODIES, Batch, format_totals, summary, trip_starts
 from dashboard.fold.phrases import Touch, select_contacts
 from swarm.messages import Activity, Event, Truth
 from tests.cli.test_analyze import HALF
@@ -41,6 +41,28 @@ def test_the_totals_come_first_and_count_everybody() -> None:
     assert f"{states.count(Activity.DRIVE)} drives" in format_totals(progress)
     gone = replace(progress, present=frozenset({"r1"}))
     assert "2 not heard" in format_totals(gone)
+
+
+@pytest.mark.parametrize(
+    ("kinds", "begins"),
+    [
+        ({}, ["| robot | reached |", "|---|---|---|---|---|---|", "| r1 | 0 of 4 |", "| r2 | 0 of 4 |"]),
+        (
+            {"r1": "cart"},
+            [
+                "| robot | kind | reached |",
+                "|---|---|---|---|---|---|---|",
+                "| r1 | cart | 0 of 4 |",
+                "| r2 | - | 0 of 4 |",
+            ],
+        ),
+    ],
+)
+def test_the_table_names_the_kind_of_a_robot_if_the_fleet_has_kinds(kinds: dict[str, str], begins: list[str]) -> None:
+    progress = folded(*(message for _, message, _ in Rehearsal(2).messages(0)))
+    lines = summary(progress, home=True, kinds=kinds).splitlines()[2:]
+    assert [line[: len(begin)] for line, begin in zip(lines, begins, strict=True)] == begins
+    assert {line.count("|") for line in lines} == {8 if kinds else 7}
 
 
 @pytest.mark.parametrize("frames", [0, 1, 7, 499, 500, 501, 2500])

@@ -6,7 +6,8 @@ import pytest
 
 from dashboard.fold.state import QueuePlace, RunState
 from swarm.messages import Clock, Map, Phase
-from swarm.robot.brain import Inputs, Outputs, Robot
+from swarm.robot.brain import Inputs, Robot
+from swarm.robot.outputs import Outputs
 from swarm.scenario.load import load
 from swarm.scenario.prepare import settle_lattice
 from tests.shared import PAPER
