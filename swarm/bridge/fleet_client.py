@@ -49,7 +49,7 @@ class FleetClient:
         if self.fold.settings is None or self._run != self.fold.run:  # the map of another run may be another
             self._fetch_last_messages()
             self._run = self.fold.run
-        if self.fold.settings is not None and not self.fold.settings.map.known:
+        if self.fold.settings is not None and not self.fold.settings.shared.map.known:
             self._bus.listen(RADIO)  # robots tell each other what they learn of the floor
         messages: list[Message] = []
         arrived, room = self._bus.receive(patience), MOST

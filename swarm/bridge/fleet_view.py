@@ -4,8 +4,8 @@ from collections import deque
 from collections.abc import Iterator
 from typing import Final
 
+from swarm.bridge.fleet_settings import FleetSettings
 from swarm.messages import Broadcast, Clock, Event, Map, Message, Phase, Plan, Sense, State, Truth
-from swarm.settings import Settings
 
 FLEET: Final = ""  # instead of a robot's name, for what is of no single robot
 MOST_EVENTS: Final = 1000  # that wait to be said
@@ -21,7 +21,7 @@ class FleetView:
         self.over = False
         self._void = False  # the run that comes next counts, whatever its number
         self.clock: Clock | None = None  # the newest
-        self.settings: Settings | None = None  # not known before the map has come
+        self.settings: FleetSettings | None = None  # not known before the map has come
         self._waiting: dict[tuple[type[Message], str], Message] = {}
         self._events: deque[Event] = deque(maxlen=MOST_EVENTS)  # all that come, not only the newest
 
@@ -45,7 +45,7 @@ class FleetView:
                 self.clock = message
                 self.robots, self.over, self.time = tuple(robots), phase is Phase.OVER, max(self.time, time)
             case Map(scenario=scenario):
-                self.settings = scenario.settings
+                self.settings = FleetSettings.from_wire(scenario)
             case Truth(time=time) | Sense(time=time):
                 self.time = max(self.time, time)
             case Plan(robot=owner) | State(robot=owner) | Broadcast(robot=owner):
@@ -73,6 +73,6 @@ class FleetView:
                 case Truth(time=time) | Sense(time=time):
                     yield message, robot, time
                 case Plan(tick=tick) | State(tick=tick):
-                    yield message, robot, tick / self.settings.rate
+                    yield message, robot, tick / self.settings.shared.rate
                 case _:
                     yield message, robot, self.time

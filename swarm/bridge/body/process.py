@@ -13,6 +13,7 @@ from swarm.bus.foreign import Foreign
 from swarm.bus.losses import Ledger
 from swarm.errors import ConfigError
 from swarm.heartbeat import Heartbeat
+from swarm.kinds import settings_of_named
 from swarm.messages import BODY, CLOCK, COMMAND, MAP, SENSE, Clock, Command, Phase, Sense
 from swarm.settings import Settings
 from swarm.stop_signal import stop_flag
@@ -54,7 +55,7 @@ class BodyBridge:
         self, bus: Bus, robot: RosRobot, setting: BodyOptions, ledger: Ledger, log: Callable[[str], None]
     ) -> None:
         self._bus, self._robot, self._setting, self._ledger, self._log = bus, robot, setting, ledger, log
-        self._settings: Settings | None = None
+        self._settings: Settings | None = None  # as they are for this robot
         self._run = -1  # of the last command
         self._over = False
         self._due = 0.0  # s, when the next report may go out
@@ -70,6 +71,8 @@ class BodyBridge:
                 return
             self._bus.receive(LOOK)  # what comes before the map is of no use
             self._settings = self._fetch_settings()
+        if self._settings.kinds:
+            self._log(format_plan(self._setting.robot, self._settings))
         body = RosBody(self._setting, self._settings, monotonic())
         dt = 1 / self._settings.rate
         beat = monotonic()
@@ -94,10 +97,10 @@ class BodyBridge:
             self._log(line)
 
     def _fetch_settings(self) -> Settings | None:
-        """Return the settings of the fleet's scenario; None: its world is not there.
+        """Return the settings of the fleet's scenario as they are for a robot of its kind; None: no world is there.
 
         Raises:
-            ConfigError: the fleet has no such robot.
+            ConfigError: the fleet has no such robot, or its scenario no such kind.
         """
         found = self._bus.fetch(MAP, timeout=1.0)
         if not found:
@@ -105,7 +108,7 @@ class BodyBridge:
         scenario, robot = found[0].scenario, self._setting.robot
         if isinstance(scenario.starts, dict) and robot not in scenario.starts:
             raise ConfigError(f"--body {robot}: expected one of {', '.join(scenario.starts)}, got {robot!r}")
-        return scenario.settings
+        return settings_of_named(scenario.settings, scenario.kinds, robot)
 
     def _receive_from_fleet(self, body: RosBody) -> bool:
         """Take in what has come from the fleet; return True if there is a new command among it."""
@@ -163,3 +166,12 @@ class BodyBridge:
                 )
         self._run = run
         return True
+
+
+def format_plan(robot: str, settings: Settings) -> str:
+    """Return a sentence of what a fleet takes a robot for, from the settings as they are for it."""
+    own = settings.robot
+    return (
+        f"the fleet plans with {robot} as its kind says: radius {own.radius:g} m, track width {own.track_width:g} m, "
+        f"at most {own.top_speed:.2f} m/s and {own.wheel_acceleration:g} m/s2"
+    )

@@ -4,11 +4,14 @@ The robot drives four sides and turns left four times. Each of these eight moves
 commanded in a move and what came of it can be compared however late the robot obeys and however slowly it gains speed.
 """
 
+import re
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from math import pi
 from statistics import fmean, median, pstdev
 from typing import Final, NamedTuple
+
+import yaml
 
 from swarm.bridge.body.body import STANDS
 from swarm.bridge.body.readings import Odometry
@@ -60,6 +63,13 @@ class SquareResult(NamedTuple):
     driven: float  # m per commanded m
     turned: float  # rad per commanded rad
     closed: tuple[float, float]  # m and rad between begin and end
+
+
+class SquareKind(NamedTuple):
+    """The kind of a scenario that a robot is to be, by what a square shows."""
+
+    name: str
+    radius: float | None = None  # m, of the circle around all of it; None: nobody has said
 
 
 class Square:
@@ -185,7 +195,7 @@ def measure_acceleration(move: SquareMove, track_width: float, *, braking: bool)
 
 
 def format_square_result(found: SquareResult, track_width: float, speed: float, by: str) -> Iterator[str]:
-    """Yield the lines that tell what was measured, and what to set; ``by`` is what told the robot's turns."""
+    """Yield the lines that tell what was measured; ``by`` is what told the robot's turns."""
     least, usual, most = found.latency
     effective = track_width / found.turned
     pauses = f"jitter {found.jitter * 1e3:.1f} ms, longest gap {found.longest:.3f} s"
@@ -198,15 +208,52 @@ def format_square_result(found: SquareResult, track_width: float, speed: float, 
     yield f"turning             {found.turned:.3f} of what was commanded, by {by}"
     yield f"track width         {effective:.3f} m in effect; {track_width:.3f} m in the robot's driver"
     yield f"the square ends     {found.closed[0]:.2f} m and {found.closed[1]:.2f} rad from its begin, by {by}"
-    rates = [rate for rate in (found.acceleration, found.braking) if rate is not None]
-    yield ""
+
+
+def format_robot_section(found: SquareResult, track_width: float) -> Iterator[str]:
+    """Yield the lines that tell what to set for a fleet all of whose robots are like the one that was measured."""
     yield f"give the bridge --track-width {track_width:g}, and the scenario these lines:"
     yield "robot:"
-    yield f"  track_width: {effective:.3f}"
-    if rates:
-        yield f"  wheel_acceleration: {min(rates):.2f}"
+    for line in _format_body(found, track_width):
+        yield f"  {line}"
+
+
+def format_kind_entry(kind: SquareKind, found: SquareResult, track_width: float) -> Iterator[str]:
+    """Yield the lines of an entry of a scenario's ``kinds``: the robot that was measured is a kind of its own."""
+    yield "kinds:"
+    yield f"  {_quote_name(kind.name)}:"
+    around = "of the circle around all of it, from the point between its wheels"
+    if kind.radius is None:
+        yield f"    # radius: ?  # m, {around}; without this line robot.radius of the scenario counts"
+    else:
+        yield f"    radius: {kind.radius:g}  # m, {around}"
+    for line in _format_body(found, track_width):
+        yield f"    {line}"
+    if found.acceleration is found.braking is None:
+        yield "    # wheel_acceleration: too quick to measure; without this line that of the scenario's robot counts"
+
+
+def format_kind_use(kind: SquareKind, robot: str, track_width: float, place: str) -> Iterator[str]:
+    """Yield the lines that tell what to do with an entry of ``kinds`` that is at a place, such as a file."""
+    name = _quote_name(kind.name)
+    yield f"put {place} into the scenario, below its `kinds` if it has some, and {kind.name} into its `robots`, as in"
+    yield f"robots: {{{name}: 1, other: 3}}: robots have their numbers in that order, and {robot} is to be a {name};"
+    yield f"start the world with --body {robot}, and give the bridge --track-width {track_width:g}"
+
+
+def _quote_name(name: str) -> str:
+    """Return a name as YAML has it: one that is a number or a truth value there has quotes."""
+    is_plain = re.fullmatch(r"[A-Za-z_][A-Za-z0-9_-]*", name) and yaml.safe_load(name) == name
+    return name if is_plain else f'"{name}"'
+
+
+def _format_body(found: SquareResult, track_width: float) -> Iterator[str]:
+    """Yield the fields of a body that a square shows."""
+    yield f"track_width: {track_width / found.turned:.3f}"
+    if rates := [rate for rate in (found.acceleration, found.braking) if rate is not None]:
+        yield f"wheel_acceleration: {max(0.01, min(rates)):.2f}"
     scale = min(1.0, found.top_speed / PAPER_TOP_SPEED)
-    yield f"  speed_scale: {scale:.3f}  # wheels of at most {found.top_speed:.2f} m/s"
+    yield f"speed_scale: {scale:.3f}  # wheels of at most {found.top_speed:.2f} m/s"
 
 
 def _format_acceleration(rate: float | None) -> str:

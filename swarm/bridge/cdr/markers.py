@@ -95,13 +95,15 @@ def make_joint_plan_marker(frame: str, bodies: Iterable[Body]) -> Marker:
     )
 
 
-def make_robot_markers(frames: Mapping[str, str], numbers: Mapping[str, int], radius: float) -> list[Marker]:
-    """Return the footprint and the name of each robot, in its frame of ``frames``; ``radius`` [m] is a robot's."""
+def make_robot_markers(
+    frames: Mapping[str, str], numbers: Mapping[str, int], radii: Mapping[str, float]
+) -> list[Marker]:
+    """Return the footprint and the name of each robot, in its frame of ``frames``; ``radii`` [m] are the robots'."""
     found = []
     for robot, frame in frames.items():
-        colour, size = palette.robot(numbers[robot]), (2 * radius, 2 * radius, TALL)
+        colour, wide = palette.robot(numbers[robot]), 2 * radii[robot]
         found += [
-            Marker(frame, "footprints", numbers[robot], CYLINDER, size, colour, height=TALL / 2),
+            Marker(frame, "footprints", numbers[robot], CYLINDER, (wide, wide, TALL), colour, height=TALL / 2),
             Marker(frame, "names", numbers[robot], TEXT, (0.0, 0.0, LETTERS), height=ABOVE, text=robot),
         ]
     return found

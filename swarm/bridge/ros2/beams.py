@@ -37,18 +37,18 @@ def build_beam_layout(sensors: SensorSettings) -> BeamLayout:
 
 
 class Scanner:
-    """Makes the scans of robots with these settings."""
+    """Makes the scans of robots with these settings, whose ``edge`` is so far from their centre [m]."""
 
-    def __init__(self, settings: Settings) -> None:
-        self.settings = settings
+    def __init__(self, settings: Settings, edge: float) -> None:
+        self.settings, self.edge = settings, edge
         self._fan = fan = build_beam_layout(settings.sensors)
-        self._edge, self._reach = settings.robot.radius, settings.sensors.range
+        self._reach = settings.sensors.range
         self._shared = len({*fan.places.tolist()}) < len(fan.places)  # two rays have one beam
         self._empty: NDArray[np.float32] = np.full(fan.width, np.nan, np.float32)
         first = FIRST + fan.first * STEP
         last = first + (fan.width - 1) * STEP
-        far = self._edge + self._reach
-        self._about = layouts.BEAMS.pack(first, last, STEP, 0.0, 1 / settings.rate, self._edge, far)
+        far = edge + self._reach
+        self._about = layouts.BEAMS.pack(first, last, STEP, 0.0, 1 / settings.rate, edge, far)
 
     def write_scan(self, at: int, frame: str, rays: Sequence[float]) -> bytes:
         """Return rays [m] as a scan: ranges from the robot's centre, +inf where a ray met nothing (REP-117).
@@ -57,7 +57,7 @@ class Scanner:
         what is no measurement. Of two rays on one beam, the shorter counts.
         """
         ranges = self._empty.copy()
-        met = [self._edge + free if free < self._reach else inf for free in rays[: len(self._fan.places)]]
+        met = [self.edge + free if free < self._reach else inf for free in rays[: len(self._fan.places)]]
         places = self._fan.places[: len(met)]
         if self._shared:
             np.fmin.at(ranges, places, met)

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from swarm.bridge.cdr import health, layouts, markers
 from swarm.bridge.cdr.layouts import SECOND
 from swarm.bridge.cdr.writer import CdrWriter
+from swarm.bridge.fleet_settings import FleetSettings
 from swarm.bridge.ros2 import topics
 from swarm.bridge.ros2.beams import Scanner
 from swarm.bridge.ros2.topics import RosTopic
@@ -22,7 +23,6 @@ from swarm.geometry import Pose
 from swarm.maps.occupancy import FREE, OBSTACLE, UNKNOWN, WALL, OccupancyMap
 from swarm.maps.wire import unpack
 from swarm.messages import Broadcast, Clock, Event, Map, Message, Plan, Sense, State, Truth
-from swarm.settings import Settings
 
 if TYPE_CHECKING:
     from swarm.bridge.learned_floor import LearnedFloor
@@ -55,7 +55,8 @@ class Converter:
         self._joined, self._wants = joined, wants
         self._cells: markers.CellLattice | None = None
         self._drawn = -SECOND  # ns, when footprints and names were drawn last
-        self._scanner: Scanner | None = None
+        self._scanners: dict[str, Scanner] = {}  # by robot
+        self._loads: dict[str, float] = {}  # m, the radius of each robot that carries a load
         self._learned: LearnedFloor | None = None  # None: robots are given the floor
         self.set_namespaces({})
 
@@ -63,6 +64,7 @@ class Converter:
         """Take other names for the robots, and no robots but those."""
         self.names = names
         self._own = {robot: f"{space.strip('/')}/" for robot, space in names.items()}
+        self._scanners = {robot: one for robot, one in self._scanners.items() if robot in names}
 
     def make_static_frames(self, at: int) -> Iterator[RosMessage]:
         """Yield the frames that do not move: say them again when robots come or go."""
@@ -73,10 +75,10 @@ class Converter:
                 yield RosMessage(robot, topics.TF_STATIC, layouts.write_transforms(at, self._body_frames("")))
         yield RosMessage("", topics.TF_STATIC, layouts.write_transforms(at, found))
 
-    def convert_message(self, message: Message, robot: str, settings: Settings, at: int) -> Iterator[RosMessage]:
+    def convert_message(self, message: Message, robot: str, settings: FleetSettings, at: int) -> Iterator[RosMessage]:
         """Yield all that a message of the fleet is in ROS, stamped ``at`` [ns].
 
-        ``robot`` is the one in the message's key, "" if there is none.
+        ``robot`` is the one in the message's key, "" if there is none. Footprints and scans are by each robot's kind.
 
         Raises:
             PeerError: the map in the message is not valid.
@@ -86,9 +88,9 @@ class Converter:
         match message:
             case Map(packed=packed):
                 floor = unpack(packed)
-                self._cells = markers.build_cell_lattice(floor, settings)
+                self._cells = markers.build_cell_lattice(floor, settings.shared)
                 self._learned = None
-                if settings.map.known:
+                if settings.shared.map.known:
                     yield RosMessage("", topics.MAP, write_occupancy_grid(floor, at))
                 else:
                     self._learned = _make_learned_floor(message)
@@ -107,11 +109,12 @@ class Converter:
             case Event() if self._wants("", topics.DIAGNOSTICS):
                 yield RosMessage("", topics.DIAGNOSTICS, health.write_diagnostics(at, [health.event_status(message)]))
 
-    def _convert_truth(self, truth: Truth, settings: Settings, at: int) -> Iterator[RosMessage]:
+    def _convert_truth(self, truth: Truth, settings: FleetSettings, at: int) -> Iterator[RosMessage]:
         if self._learned is not None:
             self._learned.set_truth(truth)
         bodies = [body for body in truth.bodies if body.robot in self.names]
         poses = {body.robot: Pose(body.x, body.y, body.yaw) for body in bodies}
+        self._loads = {body.robot: body.radius for body in bodies if body.radius}
         if self._wants("", topics.CLOCK):
             yield RosMessage("", topics.CLOCK, layouts.write_clock(at))
         if self._wants("", topics.TF):
@@ -127,12 +130,13 @@ class Converter:
             if abs(at - self._drawn) >= SECOND:  # of the run: viewers measure by its clock how long a marker lasts
                 self._drawn = at
                 frames = {robot: self._fleet_frame(robot, BASE) for robot in poses}
-                drawn += markers.make_robot_markers(frames, numbers, settings.robot.radius)
+                radii = {robot: self._radius_of(robot, settings) for robot in poses}
+                drawn += markers.make_robot_markers(frames, numbers, radii)
             yield RosMessage("", topics.MARKERS, markers.write_marker_array(at, drawn))
         for robot, pose in poses.items():
             yield RosMessage(robot, topics.POSE, layouts.write_pose_with_covariance(at, IN_MAP, pose))
 
-    def _convert_sense(self, sense: Sense, robot: str, settings: Settings, at: int) -> Iterator[RosMessage]:
+    def _convert_sense(self, sense: Sense, robot: str, settings: FleetSettings, at: int) -> Iterator[RosMessage]:
         pose = Pose(sense.x, sense.y, sense.yaw)
         own = self._own[robot] if self._joined else ""
         if not self._joined and self._wants(robot, topics.TF):
@@ -145,9 +149,10 @@ class Converter:
                 robot, topics.ODOMETRY, layouts.write_odometry(at, *frames, pose, sense.linear, sense.angular)
             )
         if self._wants(robot, topics.SCAN):
-            if self._scanner is None or self._scanner.settings is not settings:
-                self._scanner = Scanner(settings)
-            yield RosMessage(robot, topics.SCAN, self._scanner.write_scan(at, own + LASER, sense.rays))
+            scanner, like = self._scanners.get(robot), (settings.of_robot(robot), self._radius_of(robot, settings))
+            if scanner is None or scanner.settings is not like[0] or scanner.edge != like[1]:
+                scanner = self._scanners[robot] = Scanner(*like)
+            yield RosMessage(robot, topics.SCAN, scanner.write_scan(at, own + LASER, sense.rays))
 
     def _convert_clock(self, clock: Clock, at: int) -> Iterator[RosMessage]:
         if self._learned is not None and (learned := self._learned.take_new_floor()) is not None:
@@ -163,6 +168,10 @@ class Converter:
             if self._wants(robot, topics.BATTERY):
                 frame = self._fleet_frame(robot, LINK) if self._joined else LINK
                 yield RosMessage(robot, topics.BATTERY, health.write_battery(at, frame, robot))
+
+    def _radius_of(self, robot: str, settings: FleetSettings) -> float:
+        """Return the radius [m] of a robot, with the load that the last truth has told."""
+        return self._loads.get(robot) or settings.of_robot(robot).robot.radius
 
     def _fleet_frame(self, robot: str, frame: str) -> str:
         """Return the name of a robot's frame in the tree of the fleet."""

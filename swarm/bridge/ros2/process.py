@@ -180,7 +180,8 @@ class RosBridge:
         if (settings := self._fold.settings) is not None:
             for robot, one in self._servers.items():
                 if robot in self._poses:
-                    one.send_feedback(self._poses[robot], settings.robot.top_speed, self._to_stamp(self._fold.time))
+                    speed = settings.of_robot(robot).robot.top_speed
+                    one.send_feedback(self._poses[robot], speed, self._to_stamp(self._fold.time))
 
     def _forward_goal(self, robot: str) -> None:
         """Send the last goal of a robot to the world as an order, and log the answer."""

@@ -4,24 +4,29 @@ from typing import Any, Final
 
 from swarm.bridge.vda5050 import messages as vda
 from swarm.bridge.vda5050.vehicle import ASKS, TELLS
+from swarm.kinds import PLAIN
 from swarm.robot.mission import TURNED
 from swarm.settings import Settings
 
 MOST_TARGETS: Final = 100  # the world's limit of an order
 WHEEL_WIDTH: Final = 0.1  # share of the track width: the world's wheels have no width
 UNKNOWN_HEIGHT: Final = 0.0  # m; the world is flat
+SERIES: Final = "zenoh-swarm"
 DESCRIPTION: Final = (
     "a robot with differential drive in a fleet that coordinates itself: it plans its own way from node to node, waits "
     "for others where it has to, and follows no edge"
 )
 
 
-def build_factsheet(settings: Settings, every: float, shown_every: float | None) -> dict[str, Any]:
-    """Return the body of a factsheet; states are sent at least each ``every`` [s], visualizations as often as given."""
+def build_factsheet(settings: Settings, every: float, shown_every: float | None, kind: str = PLAIN) -> dict[str, Any]:
+    """Return the body of a factsheet of a vehicle of a kind, from the settings as they are for that kind.
+
+    States are sent at least each ``every`` [s], visualizations as often as given. A kind has a series of its own.
+    """
     robot = settings.robot
     return {
         "typeSpecification": {
-            "seriesName": "zenoh-swarm",
+            "seriesName": f"{SERIES}-{kind}" if kind else SERIES,
             "seriesDescription": DESCRIPTION,
             "agvKinematic": "DIFF",
             "agvClass": "CARRIER",

@@ -38,6 +38,7 @@ from swarm.messages import (
     Accepted,
     Clock,
     Event,
+    Map,
     Order,
     State,
     Topic,
@@ -191,12 +192,16 @@ class VehicleBridge:
         )
         for name in self._fold.robots:
             if name not in self._seats:
-                vehicle = Vehicle(name, self._names.map_id, settings)
+                vehicle = Vehicle(name, self._names.map_id, settings.of_robot(name))
                 self._seats[name] = ConnectedVehicle(name, vehicle, self._names, self._broker, self._inbox)
 
     def _update_vehicles(self) -> None:
         for message, robot, _ in self._fold.take_messages():
             match message:
+                case Map():  # with the kinds of robots that have come later
+                    assert self._fold.settings is not None, "it has them"
+                    for name, one in self._seats.items():
+                        one.vehicle.take_settings(self._fold.settings.of_robot(name))
                 case Truth(bodies=bodies):
                     for body in bodies:
                         if (seat := self._seats.get(body.robot)) is not None:
@@ -296,7 +301,8 @@ class VehicleBridge:
                 continue
             vehicle = seat.vehicle
             if "factsheet" in vehicle.owes and self._fold.settings is not None:
-                sheet = build_factsheet(self._fold.settings, AT_LEAST, self._shown_every)
+                kind = self._fold.settings.kind(seat.robot)
+                sheet = build_factsheet(vehicle.settings, AT_LEAST, self._shown_every, kind)
                 seat.publish_message("factsheet", sheet, kept=True)
             state = vehicle.state_message()
             steady = replace(state, agv_position=None, velocity=None, distance_since_last_node=None, information=())

@@ -17,7 +17,7 @@ class VehicleRobot:
     """Where a robot is, and how it is."""
 
     def __init__(self, name: str, map_id: str, track_width: float) -> None:
-        self.name, self._map_id, self._track_width = name, map_id, track_width
+        self.name, self._map_id, self.track_width = name, map_id, track_width
         self.pose: Pose | None = None  # None: the world has not told it yet
         self.travelled = 0.0  # m, since somebody set it to 0
         self._twist = Twist(0.0, 0.0)
@@ -32,7 +32,7 @@ class VehicleRobot:
         if self.pose is not None and (step := hypot(pose.x - self.pose.x, pose.y - self.pose.y)) < JUMP:
             self.travelled += step
         self.pose = pose
-        self._twist = Twist((body.left_v + body.right_v) / 2, (body.right_v - body.left_v) / self._track_width)
+        self._twist = Twist((body.left_v + body.right_v) / 2, (body.right_v - body.left_v) / self.track_width)
 
     def take_state(self, state: State) -> None:
         """Take in what it says of itself."""

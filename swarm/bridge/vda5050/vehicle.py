@@ -48,7 +48,7 @@ class Vehicle:
     """What is known of one robot, and of the order that it has from a master."""
 
     def __init__(self, robot: str, map_id: str, settings: Settings) -> None:
-        self.robot, self._map_id, self._reach = robot, map_id, settings.reach
+        self.robot, self._map_id, self.settings = robot, map_id, settings
         self._body = VehicleRobot(robot, map_id, settings.robot.track_width)
         self._run = -1
         self._ahead = VehicleOrder()
@@ -76,6 +76,12 @@ class Vehicle:
                         max((stop + 1 for stop, there in enumerate(message.reached) if there), default=0)
                     )
         self._end_settled_actions()
+
+    def take_settings(self, settings: Settings) -> None:
+        """Take in the settings as they are for the robot; masters get another factsheet if they have changed."""
+        if settings != self.settings:
+            self.settings, self._body.track_width = settings, settings.robot.track_width
+            self.owes.add("factsheet")
 
     def take_clock(self, clock: Clock, *, alone: bool = False) -> None:
         """Take in the state of the run, and if it has no world; a new run has put the robot back, without its order."""
@@ -129,7 +135,7 @@ class Vehicle:
                 make_order_error(ORDER, order, "expected a vehicle whose position is known, got none yet; try again")
             )
             return None
-        verdict = judge_order(order, self._ahead, VehiclePosition(self._body.pose, self._map_id, self._reach))
+        verdict = judge_order(order, self._ahead, VehiclePosition(self._body.pose, self._map_id, self.settings.reach))
         if isinstance(verdict, vda.Error):
             self._add_error(verdict)
             return None

@@ -12,8 +12,10 @@ from msgspec import structs
 
 from swarm.bridge.body.body import BodyOptions, RosBody
 from swarm.bridge.body.guard import FAULTS
+from swarm.bridge.body.process import format_plan
 from swarm.bridge.body.readings import Beams, Localisation, Odometry
 from swarm.geometry import Pose, Twist, integrate
+from swarm.kinds import settings_of
 from swarm.messages import Activity, BodyReport, Command
 from tests.robot.shared import FITS
 from tests.shared import scenario_of
@@ -290,3 +292,35 @@ def test_no_command_is_faster_than_the_robots_top_speed() -> None:
     run.steps(2)
     top = SETTINGS.robot.top_speed
     assert run.twists[-1] == Twist(0.0, -2 * top / SETTINGS.robot.track_width)
+
+
+KINDS = scenario_of(
+    kinds={
+        "cart": {"radius": 0.3, "track_width": 0.8, "speed_scale": 0.1, "sensors": {"rays": 3, "range": 1.0}},
+        "scout": {},
+    },
+    robots={"cart": 1, "scout": 1},
+).settings  # fmt: skip
+
+
+# the kind, what its wheels are told [m/s], the twist that comes of that, and its rays in a room of 1 m around
+@pytest.mark.parametrize(("kind", "wheels", "twist", "rays"), [
+    ("cart", (0.1, 0.3), (0.2, 0.25), [0.7] * 9),
+    ("cart", (2.0, 2.0), (0.4, 0.0), [0.7] * 9),
+    ("scout", (0.1, 0.3), (0.2, 0.5), [0.8] * 15),
+    ("scout", (2.0, 2.0), (1.6, 0.0), [0.8] * 15),
+])  # fmt: skip
+def test_a_body_has_the_wheels_the_speed_and_the_rays_of_its_kind(
+    kind: str, wheels: tuple[float, float], twist: tuple[float, float], rays: list[float]
+) -> None:
+    run = Run(RosBody(BodyOptions(**USUAL), settings_of(KINDS, kind), 0.0), left=wheels[0], right=wheels[1]).steps(2)
+    assert run.twists[-1] == pytest.approx(twist)
+    last = run.reports[-1]
+    assert last is not None
+    assert last.rays == pytest.approx(rays)
+
+
+def test_what_the_fleet_takes_a_body_for_is_a_sentence() -> None:
+    assert format_plan("r1", settings_of(KINDS, "cart")) == (
+        "the fleet plans with r1 as its kind says: radius 0.3 m, track width 0.8 m, at most 0.40 m/s and 2 m/s2"
+    )

@@ -6,10 +6,12 @@ from pathlib import Path
 from typing import Final
 
 import pytest
+import yaml
 from msgspec import structs
 
 from swarm.bus import Endpoint
 from swarm.cli import main
+from swarm.kinds import settings_of
 from swarm.messages import EVENT, MAP, Map
 from tests.bridge.body.robots import ForeignRobot, floor_of, foreign_robot
 from tests.conftest import MakeBus
@@ -174,7 +176,11 @@ def test_a_square_without_a_fleet_prints_what_the_robot_is_like(tmp_runtime: Pat
         "pose_noise": 0.0,
         "turn_noise": 0.0,
     }
-    words = ("--pose", "/r2/amcl_pose", "--track-width", "0.4", "--square", "0.6", "--speed", "0.3", "--stamped")
+    out = tmp_runtime / "burger.yaml"
+    words = (
+        "--pose", "/r2/amcl_pose", "--track-width", "0.4", "--square", "0.6", "--speed", "0.3", "--stamped",
+        "--kind", "burger", "--radius", "0.105", "--out", str(out),
+    )  # fmt: skip
     with (
         foreign_robot(endpoint, pose=[3.0, 1.0, 0.5], stamped=True, drift=0.0, **like) as robot,
         Command("bridge", "ros2", "--body", "r2", "--ros", str(endpoint), *words, runtime=tmp_runtime) as square,
@@ -185,9 +191,12 @@ def test_a_square_without_a_fleet_prints_what_the_robot_is_like(tmp_runtime: Pat
     assert collisions == 0
     beyond = 0.3 * 0.1 + 0.3**2 / (2 * 0.5)  # m, of each side: driven while the stop is under way, and while braking
     assert path == pytest.approx(4 * (0.6 + beyond), abs=0.5)
-    lines = dict(line.split(":") for line in square.text.splitlines() if line.startswith("  "))
-    assert float(lines["  track_width"]) == pytest.approx(0.4 / 0.9, rel=0.05)
-    assert float(lines["  wheel_acceleration"]) == pytest.approx(0.5, rel=0.25)
+    entry = yaml.safe_load(out.read_text(encoding="utf-8"))
+    own = settings_of(scenario_of(**entry, robots={"burger": 1}).settings, "burger").robot
+    assert own.radius == 0.105
+    assert own.track_width == pytest.approx(0.4 / 0.9, rel=0.05)
+    assert own.wheel_acceleration == pytest.approx(0.5, rel=0.25)
+    assert own.top_speed == pytest.approx(0.3, rel=0.05)
 
 
 @pytest.mark.long("a mission at the pace of a real robot")
@@ -246,3 +255,29 @@ def test_a_robot_that_the_fleet_does_not_have_is_refused(
         with Command(*command, runtime=tmp_runtime) as body:
             assert body.end() == 2
             assert "--body r9: expected one of r1, r2, got 'r9'" in body.text
+
+
+# the kinds that the map tells, and what the body of r2 says
+@pytest.mark.parametrize(("kinds", "code", "said"), [
+    ({"r1": "scout", "r2": "cart"}, 0, "the fleet plans with r2 as its kind says: radius 0.3 m, track width 0.5 m, at most 1.60 m/s"),
+    ({"r1": "scout", "r2": "scout"}, 0, "the fleet plans with r2 as its kind says: radius 0.2 m, track width 0.4 m, at most 1.60 m/s"),
+    ({"r1": "scout", "r2": "tank"}, 2, "kind: expected cart, scout, got 'tank'"),
+])  # fmt: skip
+def test_a_body_has_the_settings_of_its_robots_kind(
+    kinds: dict[str, str], code: int, said: str, tmp_runtime: Path, endpoint: Endpoint, make_bus: MakeBus
+) -> None:
+    mixed = scenario_of(
+        kinds={"cart": {"radius": 0.3, "track_width": 0.5}, "scout": {}}, robots={"cart": 1, "scout": 1}
+    )
+    settings, packed = mixed.to_wire()
+    starts = dict.fromkeys(kinds, (0.0, 0.0, 0.0))
+    floor = Map(packed=packed, scenario=structs.replace(settings, starts=starts, kinds=kinds))
+    with make_bus(fleet="kinds") as world:
+        world.announce("world", "world")
+        world.keep(MAP, lambda: {MAP.key: floor})
+        command = ("bridge", "ros2", "--body", "r2", "--connect", str(endpoint), "--fleet", "kinds")
+        with Command(*command, runtime=tmp_runtime) as body:
+            body.await_line(said)
+            if code == 0:
+                body.process.send_signal(signal.SIGTERM)
+            assert body.end() == code

@@ -1,6 +1,6 @@
 """What the messages of the fleet are in ROS: tables, and laws about rays and poses."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from math import atan2, degrees, inf, isnan, pi
 from typing import Any, Final, NamedTuple
 
@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from msgspec import structs
+from msgspec import UNSET, UnsetType, structs
 
 from dashboard.fold import palette, phrases
 from swarm.bridge.cdr import health
+from swarm.bridge.fleet_settings import FleetSettings
 from swarm.bridge.ros2 import topics
 from swarm.bridge.ros2.beams import FIRST, STEP, build_beam_layout
 from swarm.bridge.ros2.convert import Converter, RosMessage
@@ -66,13 +67,14 @@ def read(found: Iterable[RosMessage]) -> list[Read]:
 
 
 def said(
-    message: Message, robot: str = "", *before: Message, settings: Settings = SETTINGS, joined: bool = False
-) -> list[Read]:
+    message: Message, robot: str = "", *before: Message, settings: Settings = SETTINGS, joined: bool = False,
+    kinds: Mapping[str, str] | UnsetType = UNSET,
+) -> list[Read]:  # fmt: skip
     """Return what a message is in ROS, to who has been told others before."""
-    made = converter(joined=joined)
+    made, fleet = converter(joined=joined), FleetSettings(settings, kinds)
     for one in before:
-        list(made.convert_message(one, "", settings, AT))
-    return read(list(made.convert_message(message, robot, settings, AT)))
+        list(made.convert_message(one, "", fleet, AT))
+    return read(list(made.convert_message(message, robot, fleet, AT)))
 
 
 def only(found: list[Read], topic: RosTopic) -> Any:  # noqa: ANN401
@@ -253,7 +255,7 @@ def test_what_nobody_wants_is_not_made_but_what_is_kept_is() -> None:
     found = {
         one.topic
         for message in told
-        for one in made.convert_message(message, "r1" if message in told[3:] else "", SETTINGS, AT)
+        for one in made.convert_message(message, "r1" if message in told[3:] else "", FleetSettings(SETTINGS), AT)
     }
     assert found <= {topics.MAP, topics.POSE, topics.PLAN}
     assert {topics.MAP, topics.PLAN} <= found
@@ -282,11 +284,11 @@ def test_a_list_of_no_points_takes_the_last_one_away() -> None:
 
 def test_footprints_and_names_are_drawn_once_a_second_of_the_run() -> None:
     made = converter()
-    list(made.convert_message(FLOOR, "", SETTINGS, AT))
+    list(made.convert_message(FLOOR, "", FleetSettings(SETTINGS), AT))
     bodies = [body("r1", 1.0, 2.0, 0.5), body("arm-2", 3.0, 2.0, 0.0)]
     told = Truth(run=0, tick=65, time=3.25, bodies=bodies)
     times = AT, AT + 10**9 - 1, AT + 10**9  # ns
-    first, *others = (read(list(made.convert_message(told, "", SETTINGS, at))) for at in times)
+    first, *others = (read(list(made.convert_message(told, "", FleetSettings(SETTINGS), at))) for at in times)
     kinds = [{one.ns for one in only(found, topics.MARKERS).markers} for found in (first, *others)]
     drawn_too = {"footprints", "names"}
     assert kinds == [{"held", "joint plans"} | more for more in (drawn_too, set(), drawn_too)]
@@ -345,7 +347,7 @@ def test_a_floor_that_robots_learn_is_what_they_have_told() -> None:
         floor, broadcast(20, "r1", walls=[0, 3]), truth(20), clock(20), truth(22), clock(22),
         broadcast(23, "r1", walls=[5]), truth(24), clock(24),
     )  # fmt: skip
-    found = [read(list(made.convert_message(message, "", unknown, AT))) for message in told]
+    found = [read(list(made.convert_message(message, "", FleetSettings(unknown), AT))) for message in told]
     grids = [only(some, topics.MAP) for some in found if any(one.topic is topics.MAP for one in some)]
     assert [sorted({*grid.data.tolist()}) for grid in grids] == [[-1, 100]] * 2, "unknown, and what is solid"
     assert [np.flatnonzero(grid.data == 100).tolist() for grid in grids] == [[0, 3], [0, 3, 5]]
