@@ -137,6 +137,29 @@ def settings_of_widest(settings: Settings) -> Settings:
     return max((settings_of(settings, kind) for kind in kinds), key=lambda one: one.robot.radius)
 
 
+def list_views(settings: Settings) -> list[Settings]:
+    """Return for each kind of the mix the settings of a fleet of its robots alone, with their starts and targets.
+
+    Those of a fleet without kinds are the settings.
+    """
+    if not settings.kinds:
+        return [settings]
+    kinds, views = list_kinds(settings), []
+    for kind in dict.fromkeys(kinds):
+        numbers = [number for number, own in enumerate(kinds) if own == kind]
+        placed = [start_of(settings, number) for number in numbers]
+        section = placed[0][0]
+        poses = [section.poses[place] for _, place in placed if place < len(section.poses)] if section.poses else None
+        own_targets = [settings.own_targets[number] for number in numbers if number < len(settings.own_targets)]
+        views.append(
+            replace(
+                settings_of(settings, kind), kinds={}, robots=len(numbers), start=replace(section, poses=poses),
+                targets=[] if own_targets else targets_of(settings, numbers[0]), own_targets=own_targets,
+            )
+        )  # fmt: skip
+    return views
+
+
 def with_mix(settings: Settings, robots: int | Mapping[str, int]) -> Settings:
     """Return the settings with another number of robots, or other numbers of each kind.
 

@@ -81,6 +81,8 @@ def check(scenario: Scenario, robots: int, seed: int) -> Prepared:
     cells = cells_of(scenario.map, settings)
     _check_radio(settings, cells)
     _check_cells_of_starts(settings, cells, poses)
+    if settings.kinds:
+        _check_floor_of_starts(settings, cells, poses, radii)
     for kind, own in each.items():
         own_poses = {name: pose for name, other, pose in zip(names, kinds, poses, strict=True) if other == kind}
         _within_cells(own, own_poses, [way for way in ways if kinds[way.robot] == kind])
@@ -243,6 +245,27 @@ def _check_cells_of_starts(settings: Settings, cells: CellMap, poses: list[Pose]
                 f"{pose.y:g}) farther apart, got {distance(there, pose):.2f} m, and {sqrt(2) * cells.side:.2f} m are "
                 "always enough; move one of them"
             )
+
+
+def _check_floor_of_starts(settings: Settings, cells: CellMap, poses: Sequence[Pose], radii: Sequence[float]) -> None:
+    """Check that no two robots of a fleet of kinds reach into one cell: each holds what its body reaches into.
+
+    Where all are alike, the cells are made small enough for that, or are what the scenario says.
+
+    Raises:
+        ConfigError: two of them do.
+    """
+    margin, holders = traffic_settings(settings).margin, dict[int, int]()
+    for number, (pose, radius) in enumerate(zip(poses, radii, strict=True)):
+        for cell in cells.cells_under_disc(pose.x, pose.y, radius + margin):
+            if cell != OUTSIDE and (other := holders.setdefault(cell, number)) != number:
+                one, two = (robot_names(len(poses))[robot] for robot in (other, number))
+                there = poses[other]
+                raise ConfigError(
+                    f"{settings.name}: start: expected {one} at ({there.x:g}, {there.y:g}) and {two} at ({pose.x:g}, "
+                    f"{pose.y:g}) on squares of their own, got both on one of {cells.side:g} m; move one of them, or "
+                    "set a smaller `traffic.cell`"
+                )
 
 
 def _standable(scenario: Scenario, grid: Grid, point: Point, what: str) -> None:

@@ -10,7 +10,7 @@ from typing import Final
 import msgspec
 
 from swarm.geometry import poses_on_circle
-from swarm.kinds import kind_starts, kind_targets, settings_of_widest, start_of
+from swarm.kinds import kind_starts, kind_targets, list_kinds, list_views, settings_of, settings_of_widest, start_of
 from swarm.maps.occupancy import OccupancyMap, Point
 from swarm.settings import Settings
 from swarm.traffic.joint.goals import assign_goals
@@ -61,15 +61,15 @@ def with_lattice(settings: Settings, floor: OccupancyMap, robots: int | None = N
 
 def _choose_lattice(settings: Settings, floor: OccupancyMap, robots: int) -> tuple[float, Point | None]:
     """Return side and offset [m] of the best cells; the settings are those of the widest robots."""
-    traffic, sides = settings.traffic, _sides(settings, floor)
+    traffic, sides, views = settings.traffic, _sides(settings, floor), list_views(settings)
     if traffic.offset is not None:
         return sides[0], traffic.offset
-    fits = settings.robot.radius + OFF_LINE
     best: tuple[tuple[bool, int, bool, bool, bool], float, Point] | None = None
     for side, offset in _lattices(settings, floor, sides, robots):
-        cells = build_lattice(floor, side, fits, offset, lean_room(settings))
-        inside = _can_reach_all_stops(cells, settings)
-        reached = inside or _can_reach_all_stops(cells, settings, by_docks=True)
+        cells = _cells_for(settings, floor, side, offset)
+        seen = [(_cells_for(view, floor, side, offset), view) for view in views]
+        inside = all(_can_reach_all_stops(own, view) for own, view in seen)
+        reached = inside or all(_can_reach_all_stops(own, view, by_docks=True) for own, view in seen)
         poor, can_pass = _count_poor_starts(cells, settings, robots), _has_room_to_pass(cells, settings, robots)
         solved = reached and can_pass and not poor and _can_all_arrive(cells, settings, robots)
         worth = reached, -poor, can_pass, solved, inside
@@ -79,6 +79,11 @@ def _choose_lattice(settings: Settings, floor: OccupancyMap, robots: int) -> tup
             break
     assert best is not None
     return best[1:]
+
+
+def _cells_for(settings: Settings, floor: OccupancyMap, side: float, offset: Point) -> CellMap:
+    """Return the cells of a lattice as they are joined for the robot of the settings."""
+    return build_lattice(floor, side, settings.robot.radius + OFF_LINE, offset, lean_room(settings))
 
 
 def _lattices(
@@ -99,18 +104,26 @@ def _offset_for(settings: Settings, floor: OccupancyMap, side: float, robots: in
 
     Stops that robots drive to straight from a cell count as missed, unless ``by_docks``.
     """
+    views = list_views(settings)
     centred = by_docks or side <= (LANES + ALIKE) * settings.robot.radius
     return best_offset(
         floor,
         side=side,
         radius=settings.robot.radius + OFF_LINE,
         missed=lambda cells: (
-            _count_stops_out_of_reach(cells, settings, by_docks=by_docks) + _count_poor_starts(cells, settings, robots)
+            sum(_count_stops_out_of_reach(_cells_like(cells, view), view, by_docks=by_docks) for view in views)
+            + _count_poor_starts(cells, settings, robots)
         ),
         centred=centred,
         phases=FINER if centred and _area(floor) <= FINER_CELLS * side**2 else PHASES,
         places=[*_start_places(settings, robots), *_stops(settings)],
     )
+
+
+def _cells_like(cells: CellMap, view: Settings) -> CellMap:
+    """Return cells as they are joined for the robot of the settings."""
+    radius = view.robot.radius + OFF_LINE
+    return cells if radius == cells.radius else cells.for_radius(radius)
 
 
 def _sides(settings: Settings, floor: OccupancyMap) -> list[float]:
@@ -223,9 +236,15 @@ def _count_poor_starts(cells: CellMap, settings: Settings, robots: int) -> int:
 
     Who starts where no robot can stand is in no joint plan before it has left; and each robot holds what it reaches.
     """
-    body = settings.robot.radius + traffic_settings(settings).margin
-    places = _start_places(settings, robots)
-    under = Counter(cell for place in places for cell in cells.cells_under_disc(*place, body) if cell != OUTSIDE)
+    margin, kinds, places = traffic_settings(settings).margin, list_kinds(settings), _start_places(settings, robots)
+    own = [settings_of(settings, kind).robot.radius for kind in kinds] if settings.kinds else []
+    radii = own or [settings.robot.radius] * len(places)
+    under = Counter(
+        cell
+        for place, radius in zip(places, radii, strict=False)
+        for cell in cells.cells_under_disc(*place, radius + margin)
+        if cell != OUTSIDE
+    )
     off = sum(cell == OUTSIDE or not cells.stands[cell] for cell in (cells.cell_of(*place) for place in places))
     return off + sum(count > 1 for count in under.values())
 
@@ -253,8 +272,8 @@ def _can_all_arrive(cells: CellMap, settings: Settings, robots: int) -> bool:
 
     It is asked on a small floor only, where few cells may leave no room to change the order; on a large one there is.
     """
-    if not 2 <= robots <= FEW or sum(cells.stands) > SMALL:
-        return True
+    if not 2 <= robots <= FEW or sum(cells.stands) > SMALL or settings.kinds:
+        return True  # of several kinds, each has its own joins
     starts, stops = _start_places(settings, robots), settings.own_targets[:robots]
     if len(starts) < robots or len(stops) < robots:
         return True

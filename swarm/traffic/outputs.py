@@ -4,7 +4,7 @@ from collections.abc import Collection, Mapping, Sequence
 from math import hypot
 from typing import Final, NamedTuple
 
-from swarm.geometry import Pose
+from swarm.geometry import Pose, distance
 from swarm.maps.occupancy import Disc, Point
 from swarm.messages.traffic import Moving, Record, Sighting, TrafficBroadcast
 from swarm.traffic.interface import MovingObstacle, TrafficActivity, TrafficInputs, TrafficOutputs
@@ -192,9 +192,15 @@ def must_reach_point(result: StepResult, settings: TrafficConstants) -> bool:
     """Return True if the robot has to reach a certain point in its cell, from which it claims or looks."""
     if not result.progress.route and not result.situation.docking:
         return False
-    if settings.in_sight or result.leans_to is not None:
+    if settings.in_sight or result.leans_to is not None or _is_too_far_to_claim(result, settings):
         return True
     return not result.situation.fresh.keys() | result.situation.mutes >= set(result.waits)
+
+
+def _is_too_far_to_claim(result: StepResult, settings: TrafficConstants) -> bool:
+    """Return True if a cell that the robot needs at its stop is so far off that it may not claim it from here."""
+    cells, here = result.situation.cells, result.inputs.pose
+    return any(distance(cells.centre(cell), here) > settings.claim_radius for cell in result.situation.docking)
 
 
 def activity(result: StepResult) -> TrafficActivity:

@@ -6,7 +6,17 @@ from typing import Any
 import pytest
 
 from swarm.errors import ConfigError
-from swarm.kinds import all_bodies, format_mix, kind_of, list_kinds, parse_mix, settings_of, start_of, targets_of
+from swarm.kinds import (
+    all_bodies,
+    format_mix,
+    kind_of,
+    list_kinds,
+    list_views,
+    parse_mix,
+    settings_of,
+    start_of,
+    targets_of,
+)
 from swarm.scenario.check import check
 from swarm.scenario.load import Scenario, load
 from swarm.scenario.starts import starts
@@ -144,6 +154,26 @@ def test_robots_of_two_kinds_are_drawn_into_one_area_each_into_a_cell_of_its_own
     assert starts(scenario, 3, 7) == poses
 
 
+def test_each_kind_is_asked_for_its_own_starts_and_targets_when_cells_are_chosen() -> None:
+    plain = scenario_of().settings
+    assert list_views(plain) == [plain]
+    cart, scout = list_views(load(MIXED).settings)
+    assert (cart.robot.radius, cart.count, len(cart.start.poses or ()), cart.targets[0]) == (0.35, 2, 2, (18.4, 1.8))
+    assert (scout.robot.radius, scout.count, len(scout.start.poses or ()), scout.kinds) == (0.2, 6, 6, {})
+    own = fleet(targets=[], own_targets=[[[7.5, 2.5]], [[7.5, 3.5]], [[7.5, 4.5]]])
+    assert [view.own_targets for view in list_views(own.settings)] == [[[(7.5, 2.5)]], [[(7.5, 3.5)], [(7.5, 4.5)]]]
+
+
+def test_a_target_that_only_scouts_reach_counts_for_scouts_alone() -> None:
+    """The room behind the door is theirs: cells are chosen as if the cart had no targets there."""
+    fields, _ = REFUSED["a door that is too narrow for one kind"]
+    kinds = {"cart": {"radius": 0.55, "track_width": 0.8, "targets": [[11.5, 2.5]]}, "scout": {}}
+    scenario = fleet(**fields | {"kinds": kinds, "robots": {"cart": 1, "scout": 2}})
+    report = Simulation.of(check(scenario, 3, 1).scenario, 3, 1).run(limit=400.0)
+    assert report["complete"], report["reason"]
+    assert sum(report["contacts"].values()) == report["traffic"]["overlaps"] == report["traffic"]["outside"] == 0
+
+
 # fmt: off
 REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     "bodies that touch at the start": (
@@ -152,6 +182,9 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     "a target too near a wall for one kind": (
         {"targets": [[8.7, 3.5]], "kinds": {"cart": {"radius": 0.45}, "scout": {}}},
         "target 1 at (8.7, 3.5): expected at least 0.45 m from any wall"),
+    "two bodies on one square": (
+        {"start": {"poses": [[2.5, 2.5, 0], [3.2, 2.5, 0], [6.5, 2.5, 0]]}, "traffic": {"cell": 1.2, "offset": [0.0, 0.0]}},
+        "expected r1 at (2.5, 2.5) and r2 at (3.2, 2.5) "),
     "a door that is too narrow for one kind": (
         {"text": HALF, "start": {"poses": [[2.5, 2.5, 0], [5.5, 2.5, 0], [8.5, 2.5, 0]]}, "targets": [[6.5, 6.5]],
          "kinds": {"cart": {"radius": 0.55, "track_width": 0.8}, "scout": {}}},

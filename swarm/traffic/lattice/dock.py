@@ -42,6 +42,11 @@ class Dock(NamedTuple):
         """Return True if the ``held`` cells are all that a body needs here that may be off by ``uncertainty`` [m]."""
         return {self.cell, *self.cells_beside(cells, settings, uncertainty)}.issubset(held)
 
+    def is_within_claims(self, cells: CellMap, settings: TrafficConstants) -> bool:
+        """Return True if a robot in the middle of its cell may claim all that it needs: not where cells are large."""
+        middle, most = cells.centre(self.cell), settings.claim_radius - NEAR
+        return all(distance(cells.centre(cell), middle) <= most for cell in self.cells_beside(cells, settings))
+
     def is_straight(self, here: Point, held: Collection[int], cells: CellMap, settings: TrafficConstants) -> bool:
         """Return True if the straight line from a point [m] to the place stays in the ``held`` cells and off walls."""
         line = _points_between(here, self.place)
@@ -92,7 +97,9 @@ def find_dock(
     room = settings.radius + CLEAR
     for cell in sorted(near, key=away):
         if cells.in_sight(cells.centre(cell), place, room):
-            return Dock(place, cell)
+            dock = Dock(place, cell)
+            if dock.is_within_claims(cells, settings):
+                return dock
     return None
 
 

@@ -111,3 +111,14 @@ def test_where_walls_stop_the_radio_nobody_docks() -> None:
     cells, corner = lattice(room(), 1.2), (2.4, 2.4)
     assert find_dock(cells, corner, EXACT) is not None
     assert find_dock(cells, corner, replace(EXACT, in_sight=True)) is None
+
+
+def test_a_robot_drives_to_no_place_for_which_it_may_not_claim_all_cells() -> None:
+    """From the middle of a cell of 2.8 m a cell at its corner is 3.96 m off: it stood there and claimed nothing."""
+    cells = CellMap(OccupancyMap(np.zeros((4, 4), np.uint8), 2.8), side=2.8, radius=0.51)
+    wide = replace(EXACT, radius=0.46, reach=0.3)
+    assert wide.claim_radius == 3.5
+    assert find_dock(cells, (2.8, 2.8), wide) is None
+    dock = find_dock(cells, (2.8, 4.2), wide)  # between two cells that share a side
+    assert dock is not None
+    assert len(dock.cells_beside(cells, wide)) == 1
