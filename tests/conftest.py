@@ -19,7 +19,7 @@ from tests.shared import PAPER
 # Cases that take long are no fault on a loaded machine; a failure prints how to replay it.
 settings.register_profile(
     "all",
-    max_examples=60,
+    max_examples=50,
     deadline=None,
     suppress_health_check=[HealthCheck.too_slow],
     print_blob=True,

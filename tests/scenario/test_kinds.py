@@ -224,7 +224,7 @@ def test_a_kind_that_is_the_scenarios_one_robot_changes_no_bit() -> None:
     assert runs[0]["digest"] == runs[1]["digest"]
 
 
-@pytest.mark.parametrize("seed", mostly_long("a whole mission of 8 robots", [1, 2, 3]))
+@pytest.mark.parametrize("seed", mostly_long("a whole mission of 8 robots", [1, 2], 1))
 def test_the_mixed_scenario_is_complete_and_nobody_touches(seed: int) -> None:
     scenario = load(MIXED)
     report = Simulation.of(check(scenario, 8, seed).scenario, 8, seed).run()
