@@ -15,7 +15,7 @@ from swarm.maps.occupancy import Point
 from swarm.messages.traffic import Record
 from swarm.traffic.lattice.cell_map import OUTSIDE, CellMap
 from swarm.traffic.lattice.distances import FAR
-from swarm.traffic.lattice.dock import Dock, find_cell_beside, find_dock, find_way_out
+from swarm.traffic.lattice.dock import EXACT, Dock, find_cell_beside, find_dock, find_way_out
 from swarm.traffic.peers.sightings import Cleared, has_reserved
 from swarm.traffic.peers.situation import Situation
 from swarm.traffic.reservations.route import BESIDE, Footprint, RouteProgress
@@ -203,7 +203,10 @@ def cells_at_dock(
     }
     if wish.done or wish.goal is None:
         is_asked = any(not {goal.cell, *beside}.isdisjoint(record.ahead) for record in others.values())
-        stays = set(beside) <= set(held) and not owners and not is_asked
+        may_stay = not owners and not is_asked
+        stays = may_stay and set(beside) <= set(held)
+        if may_stay and not stays and wish.goal is not None and settings.reach <= EXACT:
+            return DockCells(wanted=beside, drives=True)  # it counted as there before it held them
         return DockCells(kept=beside if stays else (), drives=stays)
     if owners and progress.route:
         return DockCells()

@@ -410,6 +410,7 @@ AT_DOCK: dict[str, tuple[int, Record | None, frozenset[tuple[str, int]], bool, D
     "a silent robot left it":                (A, replace(OTHER, held=(B,)),    frozenset({("r2", B)}), False, DockCells((B,), (), (), drives=True)),
     "another claims a cell that it holds":   (B, replace(OTHER, claims=(Claim(B, 1, 0),)), frozenset(),     False, DockCells((B,), (), (), drives=True)),
     "it is done and holds all":              (B, None,                         frozenset(),            True,  DockCells((), (), (B,), drives=True)),
+    "it is done before it holds all":        (A, None,                         frozenset(),            True,  DockCells((B,), (), (), drives=True)),
     "it is done, and another has to pass":   (B, replace(OTHER, ahead=(E, B)), frozenset(),            True,  DockCells()),
     "it is done, and its cell is needed":    (B, replace(OTHER, ahead=(A,)),   frozenset(),            True,  DockCells()),
 }

@@ -41,6 +41,7 @@ RESTS: dict[str, tuple[str, int]] = {  # the scenario, and the seed that draws a
     "within reach from inside its cell":               ("office", 9612),
     "the robot then waits for orders":                 ("box", 9619),
     "the same, and it came in beside its way":         ("box", 9613),
+    "it counts as there before it holds the cells":    ("unknown", 9713),
 }
 # fmt: on
 
