@@ -192,7 +192,9 @@ def must_reach_point(result: StepResult, settings: TrafficConstants) -> bool:
     """Return True if the robot has to reach a certain point in its cell, from which it claims or looks."""
     if not result.progress.route and not result.situation.docking:
         return False
-    if settings.in_sight or result.leans_to is not None or _is_too_far_to_claim(result, settings):
+    if settings.in_sight or result.leans_to is not None:
+        return True
+    if result.situation.docking and _is_too_far_to_claim(result, settings):
         return True
     return not result.situation.fresh.keys() | result.situation.mutes >= set(result.waits)
 

@@ -61,8 +61,8 @@ class Bodies:
         self._settings, self.roster = scenario.settings, roster
         self.dt = 1.0 / self._settings.rate
         self._drives = [DifferentialDrive(body.track_width) for body in roster.bodies]
-        fastest = [body.top_speed for body in roster.bodies]
-        self.physics = Physics(scenario.map, roster.radii(), starts, fastest, self.dt)
+        self._fastest = [body.top_speed for body in roster.bodies]  # m/s
+        self.physics = Physics(scenario.map, roster.radii(), starts, self._fastest, self.dt)
         self._movers = [Patrol(mover) for mover in self._settings.movers]
         for mover, patrol in zip(self._settings.movers, self._movers, strict=True):
             self.physics.add_mover(patrol.pose_at(0.0), mover.radius, mover.size)
@@ -78,6 +78,7 @@ class Bodies:
         """Put one more robot on the floor, without targets; it is in the roster already."""
         body = self.roster.bodies[len(self._drives)]
         self._drives.append(DifferentialDrive(body.track_width))
+        self._fastest.append(body.top_speed)
         self.physics.add_robot(start, body.radius, body.top_speed)
         self.wheels.append((0.0, 0.0))
         self.sensing.add_robot()
@@ -167,8 +168,10 @@ class Bodies:
         self._recent = [(when, edit) for when, edit in self._recent if tick - when <= self._settings.rate]
         wanted = [(command.left, command.right) if command else (0.0, 0.0) for command in commands]
         ramp = [
-            ramp_wheels(wheels, speeds, body.top_speed, body.wheel_acceleration * self.dt)
-            for wheels, speeds, body in zip(self.wheels, wanted, self.roster.bodies, strict=True)
+            ramp_wheels(wheels, speeds, fastest, body.wheel_acceleration * self.dt)
+            for wheels, speeds, fastest, body in zip(
+                self.wheels, wanted, self._fastest, self.roster.bodies, strict=True
+            )
         ]
         reported = self.external.step(tick, self.floor)
         self.wheels = [reported.wheels.get(number, wheels) for number, wheels in enumerate(ramp)]

@@ -73,10 +73,13 @@ class Roster:
             self._loaded[key] = replace(own, robot=replace(own.robot, radius=load))
         return self._loaded[key]
 
-    def radius_to_hold(self, number: int, tick: int) -> float:
-        """Return the radius [m] for which a robot must hold the floor: it learns of its load by its next sense."""
-        fresh = tick - self._loaded_at.get(number, -GRACE) < GRACE
-        return self.scenario(number).settings.robot.radius if fresh else self.radius(number)
+    def radii_to_hold(self, tick: int) -> list[float]:
+        """Return the radius [m] for which each robot must hold the floor: it learns of its load by its next sense."""
+        found = self.radii()
+        for number, changed in self._loaded_at.items():
+            if tick - changed < GRACE:
+                found[number] = self.scenario(number).settings.robot.radius
+        return found
 
     def take_loads(self, loads: dict[int, float], tick: int) -> None:
         """Let robots carry these loads, radii [m] by their numbers, and no others, from a tick on."""

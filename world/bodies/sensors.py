@@ -71,6 +71,7 @@ class Sensing:
     def __init__(self, roster: Roster, targets: Sequence[int], seed: int) -> None:
         """Begin with the robots of the roster, that have so many ``targets``, and draw their first noise."""
         self._roster = roster
+        self._sensors: list[SensorSettings] = []  # of each robot
         self._rays: list[Rays] = []  # of each kind
         self._grouped = 0  # robots that these are of
         self._seed = seed
@@ -82,6 +83,7 @@ class Sensing:
     def add_robot(self, targets: int = 0) -> None:
         """Add the noise generator of one more robot, and draw its first noise."""
         robot = len(self.state.noise)
+        self._sensors.append(self._roster.settings(robot).sensors)
         self.state.noise.append(np.random.default_rng([self._seed, 1, robot]))
         self.state.errors.append(self._draw_errors(robot, targets))
 
@@ -95,12 +97,12 @@ class Sensing:
         errors += self._bearing_errors(robot, targets - len(errors))
 
     def _draw_errors(self, robot: int, targets: int) -> Errors:
-        sensors = self._roster.settings(robot).sensors
+        sensors = self._sensors[robot]
         rays = self.state.noise[robot].normal(0.0, sensors.noise, 3 * sensors.rays).tolist() if sensors.noise else []
         return Errors(rays, self._bearing_errors(robot, targets))
 
     def _bearing_errors(self, robot: int, count: int) -> list[float]:
-        noise = radians(self._roster.settings(robot).sensors.bearing_noise_deg)
+        noise = radians(self._sensors[robot].bearing_noise_deg)
         drawn: list[float] = self.state.noise[robot].normal(0.0, noise, count).tolist() if noise and count > 0 else []
         return drawn
 
@@ -125,7 +127,7 @@ class Sensing:
         self, physics: Physics, robot: int, pose: Pose, targets: Sequence[Point] | Numbers
     ) -> list[float | None]:
         """Return the bearing [rad, left positive] of each target that no wall hides, None for the others."""
-        noise = self._roster.settings(robot).sensors.bearing_noise_deg
+        noise = self._sensors[robot].bearing_noise_deg
         last = self._shown.get(robot)
         if last and not noise and last.pose == pose and last.targets is targets and last.floor is physics.floor:
             return last.bearings

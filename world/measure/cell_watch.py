@@ -49,6 +49,7 @@ class TrafficWatch:
     ) -> list[ReservationFault]:
         """Return the faults of a tick, judged from all poses, the ``fresh`` commands and each robot's last command."""
         before, self.state.poses = self.state.poses or poses, poses
+        radii = self._roster.radii_to_hold(tick)
         robots, plans = dict[str, Watched](), 0
         for number, name in enumerate(self._roster.names):
             command = last[number]
@@ -63,7 +64,7 @@ class TrafficWatch:
                 moved,
                 command.waits,
                 not command.held,
-                self._roster.radius_to_hold(number, tick),
+                radii[number],
             )
             plans += sum(kind == "joint_plan" for kind, _ in command.notes) if name in fresh else 0
         self.state.watch.joint_plans += plans

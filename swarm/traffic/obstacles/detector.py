@@ -135,7 +135,10 @@ class ObstacleDetector:
         for record in others:
             age = (tick - record.stamp) * settings.tick
             off = ABOUT + record.error + inputs.uncertainty
-            within = settings.radius_of(record) + off + settings.reach_after(record.speed, age, record.top)[0]
+            radius = (
+                settings.widest if record.radius is None else record.radius
+            )  # inlined: for each robot near, each tick
+            within = radius + off + settings.reach_after(record.speed, age, record.top)[0]
             if hypot(record.x - x, record.y - y) > farthest + within:
                 continue
             silent = tick - record.stamp > settings.fresh  # it came to rest somewhere near: do not drive close to it
