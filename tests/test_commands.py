@@ -119,6 +119,7 @@ SHORTER: Final = {  # command: what makes it short enough to be run
     "swarm run paper --robots 8 --pace max --dashboard off --report run.json": "--robots 2",
     "swarm run paper --robots 8 --pace max --dashboard off --robots-per-process 4": "--robots 3 --robots-per-process 2",
     "swarm run doorway --robots 8 --pace max --dashboard off": "--robots 2",
+    "swarm run mixed --robots cart=2,scout=6":         "--robots cart=1,scout=1 --pace max --dashboard off",
     "swarm storm":                                     "--seeds 2 --jobs 1",
     "swarm storm --seeds 100":                         "--seeds 1 --jobs 1",
     "swarm storm --seeds 500:600 --profile dead,late": "--seeds 500:501 --jobs 1",
@@ -130,7 +131,7 @@ SHORTER: Final = {  # command: what makes it short enough to be run
     "swarm drill --keep failed":                       "--row report-full-disk",
     "swarm drill --row robot-killed --repeat 20":      "--repeat 1",
 }
-SLOW: Final = ("swarm run paper", "swarm run doorway", "swarm storm", "swarm drill")  # but for what only prints or reads one plan
+SLOW: Final = ("swarm run paper", "swarm run doorway", "swarm run mixed", "swarm storm", "swarm drill")  # but for what only prints or reads one plan
 # fmt: on
 
 
