@@ -18,7 +18,6 @@ from swarm.settings import (
     Coordinates,
     KindSettings,
     RobotSettings,
-    SensorSettings,
     Settings,
     StartSettings,
 )
@@ -122,11 +121,6 @@ def kind_starts(settings: Settings) -> list[StartSettings]:
 def all_bodies(settings: Settings) -> list[RobotSettings]:
     """Return the bodies that robots of this fleet may have: of each kind, or the scenario's one."""
     return [settings_of(settings, kind).robot for kind in settings.kinds] or [settings.robot]
-
-
-def all_sensors(settings: Settings) -> list[SensorSettings]:
-    """Return the sensors that robots of this fleet may have."""
-    return [settings_of(settings, kind).sensors for kind in settings.kinds] or [settings.sensors]
 
 
 def settings_of_widest(settings: Settings) -> Settings:
