@@ -241,7 +241,8 @@ def broken(name: str) -> set[str]:
     else:
         profile, seed = name.split()
         drawn = draw(profile, int(seed))
-        plan = changed(drawn, scenario=changed(drawn.scenario, limit=LIMIT))
+        alike = changed(drawn.scenario, kinds={}, robots=drawn.robots)  # all else is drawn as without kinds
+        plan = changed(drawn, scenario=changed(alike, limit=LIMIT))
     return {violation.law for violation in judge(record(plan))}
 
 
