@@ -23,7 +23,6 @@ ORDER: Final = (
     "swarm.errors",
     "swarm.installation",
     "swarm.stop_signal",
-    "swarm.process_name",
     "swarm.suspend_clock",
     "swarm.heartbeat",
     "swarm.geometry",

@@ -63,7 +63,7 @@ class StillPicture:
         self._log("world/homes", rr.LineStrips2D(squares, colors=colours, radii=pixels(1.2), draw_order=3.0))
 
     def prepare_loads(self) -> None:
-        """Give the footprints of robots with loads their looks, before the first one is drawn."""
+        """Log the colour and line width of the footprints of robots with loads, before the first one is drawn."""
         rings = rr.LineStrips2D.from_fields(colors=palette.WHITE, radii=pixels(0.7), draw_order=29.0)
         self._log("world/loads", rings)
 

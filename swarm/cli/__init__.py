@@ -35,7 +35,7 @@ def _run(arguments: Sequence[str] | None) -> int:
         print(f"swarm: {fault}", file=sys.stderr)
         return 2
     from swarm.cli.top import read
-    from swarm.process_name import name_process
+    from swarm.launch.process_name import name_process
 
     try:
         options = read(words)

@@ -173,7 +173,7 @@ class Robot:
         return self._writer.write(self.run, sense, move, self.mission, self._navigator, replans, believed, walls)
 
     def _take_load(self, radius: float | None, pose: Pose) -> list[tuple[str, str]]:
-        """Plan anew with another radius [m], or without a load (None); return what there is to say about it.
+        """Plan a new path with another radius [m], or without a load (None); return what there is to say about it.
 
         Traffic begins as in a robot that has just started: it holds what is under its body, and listens first.
         """

@@ -197,7 +197,7 @@ def test_only_a_robot_names_its_process_by_its_id(arguments: str, monkeypatch: p
     def nowhere(*_: object) -> None:
         raise ConfigError("expected a fleet, found none")
 
-    monkeypatch.setattr("swarm.process_name.name_process", named.append)
+    monkeypatch.setattr("swarm.launch.process_name.name_process", named.append)
     monkeypatch.setattr("swarm.cli.fleet_lookup.await_fleet", nowhere)
     monkeypatch.setattr("swarm.cli.fleet_lookup.find_fleet", nowhere)
     assert main(arguments.split()) == 2

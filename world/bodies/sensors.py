@@ -47,7 +47,7 @@ class SensingState(NamedTuple):
     errors: list[Errors]
 
 
-class Rays(NamedTuple):
+class SensorGroup(NamedTuple):
     """The rays of all robots of a kind."""
 
     robots: NDArray[np.int64]
@@ -55,7 +55,7 @@ class Rays(NamedTuple):
     angles: Numbers  # rad, from the heading
 
     @classmethod
-    def of(cls, settings: Settings, robots: Sequence[int]) -> "Rays":
+    def of(cls, settings: Settings, robots: Sequence[int]) -> "SensorGroup":
         """Return the rays of robots that have these settings."""
         sensors = settings.sensors
         angles = np.array([angle for sector in sectors(sensors) for angle in sector])
@@ -72,7 +72,7 @@ class Sensing:
         """Begin with the robots of the roster, that have so many ``targets``, and draw their first noise."""
         self._roster = roster
         self._sensors: list[SensorSettings] = []  # of each robot
-        self._rays: list[Rays] = []  # of each kind
+        self._rays: list[SensorGroup] = []  # of each kind
         self._grouped = 0  # robots that these are of
         self._seed = seed
         self.state = SensingState([], [])
@@ -109,7 +109,7 @@ class Sensing:
     def all_distances(self, physics: Physics) -> list[FreeDistances]:
         """Return the distances of every robot; all rays of a kind are cast at once."""
         if len(self._roster) != self._grouped:
-            self._grouped, self._rays = len(self._roster), [Rays.of(*group) for group in self._roster.groups()]
+            self._grouped, self._rays = len(self._roster), [SensorGroup.of(*group) for group in self._roster.groups()]
         read: dict[int, FreeDistances] = {}
         for robots, sensors, angles in self._rays:
             found = physics.cast_all(robots, angles, sensors.range).tolist()

@@ -14,8 +14,8 @@ from time import sleep
 from typing import Any, Final
 
 from swarm.errors import SwarmError
+from swarm.launch.process_name import name_process
 from swarm.launch.supervise.table import CRASHED
-from swarm.process_name import name_process
 from swarm.stop_signal import leave_terminal_to_parent
 
 GRACE: Final = 20.0  # s from SIGTERM to SIGKILL without a launcher; a dashboard finishes its file within that

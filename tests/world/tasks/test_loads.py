@@ -1,4 +1,4 @@
-"""Loads: a robot that becomes wider where it stands, plans anew with that, and is as narrow as before without it."""
+"""Loads: a robot that becomes wider where it stands, plans a new path with that, and is as narrow as before without it."""
 
 from typing import Any
 
